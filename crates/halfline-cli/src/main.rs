@@ -1,0 +1,3 @@
+//! The halfline command.
+
+fn main() {}

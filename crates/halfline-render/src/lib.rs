@@ -1,0 +1,1 @@
+//! Pictures of triangle meshes, traced with halfline.

@@ -1,0 +1,27 @@
+//! What a ray hit.
+
+/// The face index of a miss.
+pub const NO_FACE: u32 = u32::MAX;
+
+/// Where a ray met a face. A miss has `t` infinite and `face` equal to [`NO_FACE`].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Hit {
+    /// Ray parameter, in units of the ray's direction.
+    pub t: f64,
+    /// Index of the triangle in the mesh.
+    pub face: u32,
+    /// Barycentric weight of the triangle's second vertex.
+    pub u: f64,
+    /// Barycentric weight of the triangle's third vertex; the first has 1 - u - v.
+    pub v: f64,
+}
+
+impl Hit {
+    /// No hit.
+    pub const MISS: Hit = Hit { t: f64::INFINITY, face: NO_FACE, u: 0.0, v: 0.0 };
+
+    /// True unless this is a miss.
+    pub fn is_hit(&self) -> bool {
+        self.face != NO_FACE
+    }
+}

@@ -1,0 +1,13 @@
+//! Plain values: points and vectors, rays, boxes, hits, transforms.
+
+mod aabb;
+mod hit;
+mod ray;
+mod transform;
+mod vec3;
+
+pub use aabb::Aabb;
+pub use hit::{Hit, NO_FACE};
+pub use ray::Ray;
+pub use transform::Transform;
+pub use vec3::{Vec3, vec3};

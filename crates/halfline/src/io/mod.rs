@@ -1,0 +1,1 @@
+//! Bytes to meshes and back: one file per format.

@@ -1,0 +1,1 @@
+//! Exact signs, error bounds, and the rule that says what "hits" means.

@@ -1,0 +1,41 @@
+//! How long work tells of itself, and how it is stopped.
+
+use crate::error::{Error, Result};
+
+/// The long stages of the work.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Stage {
+    /// Reading a mesh file.
+    Load,
+    /// Building the kd-tree.
+    Build,
+    /// Casting rays.
+    Trace,
+    /// Writing a result.
+    Write,
+}
+
+/// Is told of progress and may ask for the end. Called from any thread, so it must be quick.
+pub trait Observer: Sync {
+    /// `done` of `total` units of `stage` are finished. Within one stage `done` never falls by
+    /// the same caller; several threads may report out of order.
+    fn report(&self, stage: Stage, done: u64, total: u64) {
+        let _ = (stage, done, total);
+    }
+
+    /// True once the work should end. Asked at least every few milliseconds of work.
+    fn cancelled(&self) -> bool {
+        false
+    }
+
+    /// `Err(Error::Interrupted)` once the work should end.
+    fn check(&self) -> Result<()> {
+        if self.cancelled() { Err(Error::Interrupted) } else { Ok(()) }
+    }
+}
+
+/// Hears nothing and never stops the work.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Silent;
+
+impl Observer for Silent {}
