@@ -118,11 +118,13 @@ impl<const BIG: bool> Table<'_, BIG> {
         }
     }
 
-    /// Sets each item of an array from the record of the same number.
+    /// Sets each item of an array from the record of the same number, and shows each chunk of it,
+    /// while the processor's caches still hold it, with its first number to `check`.
     fn fill<T: Copy + Send>(
         &self,
         zero: T,
         convert: impl Fn(&[u8], &[FixedProperty]) -> T + Sync,
+        check: impl Fn(usize, &[T]) -> Result<()> + Sync,
     ) -> Result<Vec<T>> {
         // Zeroed pages come from the operating system untouched, so that each thread is the first
         // to touch those that it fills.
@@ -136,6 +138,7 @@ impl<const BIG: bool> Table<'_, BIG> {
                     items[record - first] = convert(bytes, properties);
                     Ok(())
                 })?;
+                check(first, items)?;
                 self.progress.add(size)
             })
             .collect();
@@ -155,6 +158,11 @@ impl<const BIG: bool> Table<'_, BIG> {
     }
 }
 
+/// For what needs no check.
+fn unchecked<T>(_: usize, _: &[T]) -> Result<()> {
+    Ok(())
+}
+
 fn read_positions<const BIG: bool>(vertices: &Table<BIG>, schema: &Schema) -> Result<Positions> {
     let xyz = schema.position;
     let types = xyz.map(|property| vertices.scalar(property));
@@ -162,22 +170,34 @@ fn read_positions<const BIG: bool>(vertices: &Table<BIG>, schema: &Schema) -> Re
         types[axis].real::<BIG>(&bytes[properties[xyz[axis]].offset..])
     };
     Ok(if types == [Scalar::F32; 3] {
-        Positions::F32(vertices.fill([0.0; 3], |bytes, properties| {
-            xyz.map(|property| f32::read::<BIG>(&bytes[properties[property].offset..]))
-        })?)
+        Positions::F32(vertices.fill(
+            [0.0; 3],
+            |bytes, properties| {
+                xyz.map(|property| f32::read::<BIG>(&bytes[properties[property].offset..]))
+            },
+            unchecked,
+        )?)
     } else if types == [Scalar::F64; 3] {
-        Positions::F64(vertices.fill([0.0; 3], |bytes, properties| {
-            xyz.map(|property| f64::read::<BIG>(&bytes[properties[property].offset..]))
-        })?)
+        Positions::F64(vertices.fill(
+            [0.0; 3],
+            |bytes, properties| {
+                xyz.map(|property| f64::read::<BIG>(&bytes[properties[property].offset..]))
+            },
+            unchecked,
+        )?)
     } else if schema.double {
-        Positions::F64(vertices.fill([0.0; 3], |bytes, properties| {
-            [0, 1, 2].map(|axis| real(axis, bytes, properties))
-        })?)
+        Positions::F64(vertices.fill(
+            [0.0; 3],
+            |bytes, properties| [0, 1, 2].map(|axis| real(axis, bytes, properties)),
+            unchecked,
+        )?)
     } else {
         // Exact: each type is one whose values single precision holds.
-        Positions::F32(vertices.fill([0.0; 3], |bytes, properties| {
-            [0, 1, 2].map(|axis| real(axis, bytes, properties) as f32)
-        })?)
+        Positions::F32(vertices.fill(
+            [0.0; 3],
+            |bytes, properties| [0, 1, 2].map(|axis| real(axis, bytes, properties) as f32),
+            unchecked,
+        )?)
     })
 }
 
@@ -190,10 +210,14 @@ fn read_colors<const BIG: bool>(
         let scalar = vertices.scalar(property);
         scalar.color_byte(scalar.real::<BIG>(&bytes[properties[property].offset..]))
     };
-    vertices.fill([0; 4], |bytes, properties| {
-        let [r, g, b] = rgb.map(|property| component(property, bytes, properties));
-        [r, g, b, alpha.map_or(255, |property| component(property, bytes, properties))]
-    })
+    vertices.fill(
+        [0; 4],
+        |bytes, properties| {
+            let [r, g, b] = rgb.map(|property| component(property, bytes, properties));
+            [r, g, b, alpha.map_or(255, |property| component(property, bytes, properties))]
+        },
+        unchecked,
+    )
 }
 
 fn read_faces<const BIG: bool>(
@@ -240,30 +264,28 @@ fn read_triangles<const BIG: bool>(
     vertices: usize,
 ) -> Result<Vec<[u32; 3]>> {
     let item = faces.scalar(list);
-    let corner = |bytes: &[u8], property: FixedProperty, i: usize| {
-        u32::read::<BIG>(&bytes[property.offset + 4 * i..])
-    };
-    let triangles = faces
-        .fill([0; 3], |bytes, properties| [0, 1, 2].map(|i| corner(bytes, properties[list], i)))?;
-
-    // Find the first index that is too large; a negative one, read as unsigned, is.
+    // A negative index, read as unsigned, is too large as well.
     let limit = vertices.min(if item == Scalar::I32 { 1 << 31 } else { usize::MAX }) as u32;
-    let wrong = triangles.par_chunks(CHUNK_RECORDS).position_first(|chunk| {
-        let mut largest = 0;
-        for &[a, b, c] in chunk {
-            largest = largest.max(a).max(b).max(c);
-        }
-        largest >= limit
-    });
-    let Some(chunk) = wrong else {
-        return Ok(triangles);
-    };
-    let first = chunk * CHUNK_RECORDS;
-    let in_chunk = triangles[first..].iter().position(|t| t.iter().any(|&i| i >= limit));
-    let face = first + in_chunk.unwrap_or(0);
-    let index = triangles[face].into_iter().find(|&i| i >= limit).unwrap_or(limit);
-    let index = if item == Scalar::I32 { i64::from(index as i32) } else { i64::from(index) };
-    Err(faces.error(face, vertex_index(index, vertices).err().unwrap_or_default()))
+    faces.fill(
+        [0; 3],
+        |bytes, properties| {
+            let corners = &bytes[properties[list].offset..][..12];
+            [0, 4, 8].map(|at| u32::read::<BIG>(&corners[at..]))
+        },
+        |first, triangles| {
+            let largest = triangles.iter().fold(0, |m, &[a, b, c]| m.max(a).max(b).max(c));
+            if largest < limit {
+                return Ok(());
+            }
+            let wrong = triangles.iter().position(|t| t.iter().any(|&i| i >= limit));
+            let in_chunk = wrong.unwrap_or(0);
+            let index = triangles[in_chunk].into_iter().find(|&i| i >= limit).unwrap_or(limit);
+            let index =
+                if item == Scalar::I32 { i64::from(index as i32) } else { i64::from(index) };
+            let reason = vertex_index(index, vertices).err().unwrap_or_default();
+            Err(faces.error(first + in_chunk, reason))
+        },
+    )
 }
 
 fn read_strips<const BIG: bool>(
