@@ -1,5 +1,6 @@
 //! Bytes to meshes and back: one file per format.
 
+pub mod gltf;
 pub mod obj;
 pub mod off;
 
