@@ -109,3 +109,11 @@ fn by_extension(name: &Path) -> Option<Format> {
 fn extension(path: &Path) -> String {
     path.extension().and_then(OsStr::to_str).unwrap_or_default().to_ascii_lowercase()
 }
+pub mod gltf;
+pub mod obj;
+pub mod off;
+
+mod colors;
+mod lines;
+mod mtl;
+mod sibling;

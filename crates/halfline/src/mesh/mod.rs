@@ -1,11 +1,13 @@
 //! Triangle meshes: the user's coordinates and faces, untouched and in the user's order.
 
 pub mod generate;
+mod ear_clipping;
 mod material;
+mod reflex_grid;
 mod triangulate;
 
 pub use material::Material;
-pub use triangulate::triangulate;
+pub use triangulate::{Triangulator, triangulate};
 
 use rayon::prelude::*;
 
@@ -33,6 +35,17 @@ impl Positions {
     /// True if there is no vertex.
     pub fn is_empty(&self) -> bool {
         self.len() == 0
+    }
+
+    /// The given coordinates, in single precision if that loses nothing of any of them, else in
+    /// double precision.
+    pub fn without_loss(coordinates: Vec<[f64; 3]>) -> Positions {
+        let fits = |x: f64| f64::from(x as f32) == x || x.is_nan();
+        if coordinates.iter().flatten().all(|&x| fits(x)) {
+            Positions::F32(coordinates.iter().map(|p| p.map(|x| x as f32)).collect())
+        } else {
+            Positions::F64(coordinates)
+        }
     }
 
     /// The coordinates of vertex `index`; exact, for single precision widens without rounding.
