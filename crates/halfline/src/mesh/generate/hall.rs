@@ -18,8 +18,8 @@ use super::scan::scanned;
 
 /// From a visitor's eyes near one end, down the nave.
 pub const VIEW: View = View {
-    from: vec3(-21.0, -2.6, 2.1),
-    at: vec3(6.0, 1.2, 4.4),
+    from: vec3(-21.6, 0.7, 1.75),
+    at: vec3(6.0, -0.6, 4.9),
     up: vec3(0.0, 0.0, 1.0),
     angle_degrees: 62.0,
 };
@@ -87,7 +87,7 @@ fn fossil(
     // towards the nave so that visitors see its plates.
     let (turn_sine, turn_cosine) =
         (libm::sin(0.628 * index as f64), libm::cos(0.628 * index as f64));
-    let lean = if top.y > 0.0 { 0.5 } else { -0.5 };
+    let lean = if top.y > 0.0 { 0.6 } else { -0.6 };
     let (lean_sine, lean_cosine) = (libm::sin(lean), libm::cos(lean));
     let place = |p: Vec3| {
         let (x, y) = (turn_cosine * p.x - turn_sine * p.y, turn_sine * p.x + turn_cosine * p.y);

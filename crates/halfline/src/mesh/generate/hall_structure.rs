@@ -10,7 +10,7 @@ use crate::mesh::Material;
 use super::assembly::{Assembly, Shape};
 
 /// Half the hall's length, half its width, and the height of its walls.
-const LENGTH: f64 = 24.0;
+const LENGTH: f64 = 22.5;
 const WIDTH: f64 = 10.0;
 const WALL: f64 = 11.6;
 
@@ -31,7 +31,7 @@ const GALLERY: f64 = 5.2;
 pub const PLINTHS: usize = 10;
 
 /// Height of a plinth.
-const PLINTH: f64 = 1.05;
+const PLINTH: f64 = 0.62;
 
 /// How much of the hall there is.
 pub struct Detail {
@@ -92,7 +92,7 @@ impl Materials {
 pub fn plinth(index: usize) -> (Vec3, f64) {
     let side = if index % 2 == 0 { -1.0 } else { 1.0 };
     let x = (index / 2) as f64 * 8.0 - 16.0 + 0.8 * side;
-    (vec3(x, 3.3 * side, PLINTH), 0.85)
+    (vec3(x, 3.3 * side, PLINTH), 0.9)
 }
 
 /// Adds the hall.
@@ -137,7 +137,7 @@ impl Hall<'_> {
         );
         for x in [-l, l] {
             // The side that faces the hall is the front.
-            let s = if x < 0.0 { w } else { -w };
+            let s = if x < 0.0 { -w } else { w };
             self.scene.quad(
                 [vec3(x, s, 0.0), vec3(x, -s, 0.0), vec3(x, -s, h), vec3(x, s, h)],
                 self.materials.wall,
@@ -256,6 +256,24 @@ impl Hall<'_> {
                 self.arch(x, 0.05, 0.12, steps);
             }
         }
+        // Both ends are walled up to the vault.
+        for x in [-LENGTH, LENGTH] {
+            self.arch(x, 0.14, 0.24, steps);
+            let spring = vec3(x, 0.0, WALL);
+            let middle = self.scene.vertex(spring);
+            let rim: Vec<u32> = (0..=steps)
+                .map(|i| {
+                    let angle = PI * i as f64 / steps as f64;
+                    let rise = if i == 0 || i == steps { 0.0 } else { sin(angle) };
+                    self.scene.vertex(spring + vec3(0.0, -NAVE * cos(angle), NAVE * rise))
+                })
+                .collect();
+            for pair in rim.windows(2) {
+                let corners =
+                    if x < 0.0 { [middle, pair[1], pair[0]] } else { [middle, pair[0], pair[1]] };
+                self.scene.triangle(corners, self.materials.wall);
+            }
+        }
         if self.detail.baluster > 0 {
             for i in 0..8 * (COLUMNS - 1) {
                 if i % 4 != 0 {
@@ -286,12 +304,12 @@ impl Hall<'_> {
         for i in 0..steps as u32 {
             for j in 0..4 {
                 let (a, b) = (4 * i + j, 4 * i + (j + 1) % 4);
-                triangles.extend([[a, b, b + 4], [a, b + 4, a + 4]]);
+                triangles.extend([[a, b + 4, b], [a, a + 4, b + 4]]);
             }
         }
         let last = 4 * steps as u32;
-        triangles.extend([[0, 2, 1], [0, 3, 2]]);
-        triangles.extend([[last, last + 1, last + 2], [last, last + 2, last + 3]]);
+        triangles.extend([[0, 1, 2], [0, 2, 3]]);
+        triangles.extend([[last, last + 2, last + 1], [last, last + 3, last + 2]]);
         let shape = Shape { positions, triangles };
         self.scene.shape(&shape, self.materials.iron, |p| spring + p);
     }
@@ -321,8 +339,8 @@ impl Hall<'_> {
             );
             let rail = inner + 0.08 * side;
             self.beam(rail, GALLERY + 0.92, 0.045, 0.04, self.materials.brass);
-            for i in 0..300 {
-                let foot = vec3(0.16 * (f64::from(i) - 149.5), rail, GALLERY);
+            for i in 0..280 {
+                let foot = vec3(0.16 * (f64::from(i) - 139.5), rail, GALLERY);
                 self.scene.shape(&baluster, self.materials.iron, |p| foot + p);
             }
         }

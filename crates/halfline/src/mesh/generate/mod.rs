@@ -55,7 +55,8 @@ pub enum Kind {
     /// unit cube, edges about n^(-1/3) long, so that a half-line crosses about n^(1/3) / 5.
     /// Exactly `n` (1).
     Soup,
-    /// An eroded mountain range over a square of side 2. Within `sqrt(n / 2)` of `n` (2).
+    /// An eroded mountain range over a square of side 2. From 1,000 triangles up within
+    /// 2 % of `n`, usually within 0.1 %; below that within its square root (2).
     Terrain,
     /// A museum hall to stand in: walls of two triangles, beams as long as the hall and thin as a
     /// hand, columns, railings, chandeliers, and finely scanned fossils on plinths. Exactly `n`
@@ -63,16 +64,16 @@ pub enum Kind {
     /// (10).
     Hall,
     /// Haines's sphereflake on a floor: a sphere with nine of a third of its size on it, and so
-    /// on. From 600 triangles up within 15 % of `n`, usually within 3 % (218).
+    /// on. From 600 triangles up within 10 % of `n`, usually within 3 % (116).
     Balls,
     /// Haines's size_factor^3 interlocking gears, 572 triangles each, over a mirror. The size
     /// factor whose number is nearest (574).
     Gears,
     /// Haines's fractal mountain with four glass balls above it. From 1,000 triangles up within
-    /// 5 % of `n` (34).
+    /// 3 % of `n` (26).
     Mount,
     /// Haines's pyramid of dodecahedral rings, spheres and cylinders, before a wall. From 1,000
-    /// triangles up within 15 % of `n`, usually within 3 % (422).
+    /// triangles up within 10 % of `n`, usually within 3 % (422).
     Rings,
     /// The Utah teapot on a checkerboard, each patch cut into k x k squares; 66 k^2 - 8 k
     /// triangles, and the nearest k (248).
@@ -81,7 +82,7 @@ pub enum Kind {
     /// half and twice `n` (4).
     Tetra,
     /// Haines's tree of conical branches (Aono and Kunii 1984) with spheres at their ends, on a
-    /// field. From 1,000 triangles up within 15 % of `n`, usually within 3 % (122).
+    /// field. From 600 triangles up within 12 % of `n`, usually within 5 % (58).
     Tree,
 }
 

@@ -14,10 +14,10 @@ use super::random::{Random, mix};
 
 /// From above and aside, so that plates, apex and the shell's edge are seen.
 pub const VIEW: View = View {
-    from: vec3(1.9, -2.1, 1.9),
-    at: vec3(0.0, 0.0, 0.04),
+    from: vec3(1.75, -2.05, 2.25),
+    at: vec3(0.0, 0.0, 0.03),
     up: vec3(0.0, 0.0, 1.0),
-    angle_degrees: 38.0,
+    angle_degrees: 35.0,
 };
 
 /// By how much of an edge's length vertices are moved along the sphere, so that no grid shows.

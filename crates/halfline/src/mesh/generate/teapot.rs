@@ -224,7 +224,7 @@ fn turned_point(profile: &[Turned], row: f64, column: f64) -> Vec3 {
 }
 
 /// A point of a mirrored tube: column 0 is the line `first`, 1 is `second`, between them y runs
-/// to the left of the way along and back on the other side.
+/// to the right of the way along and back on the other side.
 fn mirrored_point(first: &[Mirrored], second: &[Mirrored], row: f64, column: f64) -> Vec3 {
     let points =
         |line: &[Mirrored]| -> Vec<[f64; 3]> { line.iter().map(|&(x, z, y)| [x, z, y]).collect() };
@@ -233,7 +233,7 @@ fn mirrored_point(first: &[Mirrored], second: &[Mirrored], row: f64, column: f64
     let half = column as usize;
     let t = column - half as f64;
     let weights = bernstein(if half % 2 == 0 { t } else { 1.0 - t });
-    let side = if half % 2 == 0 { 1.0 } else { -1.0 };
+    let side = if half % 2 == 0 { -1.0 } else { 1.0 };
     let (begin, end) = (weights[0] + weights[1], weights[2] + weights[3]);
     vec3(begin * fx + end * sx, side * (weights[1] * fy + weights[2] * sy), begin * fz + end * sz)
 }

@@ -33,7 +33,7 @@ pub fn tetra(triangles: usize, observer: &dyn Observer) -> Result<Mesh> {
     let red = scene.material(haines_material([1.0, 0.2, 0.2], 1.0, 0.0, 0.0, 1.5));
     let tetrahedron = Shape {
         positions: CORNERS.to_vec(),
-        triangles: vec![[0, 2, 1], [0, 1, 3], [1, 2, 3], [0, 3, 2]],
+        triangles: vec![[0, 1, 2], [0, 3, 1], [1, 3, 2], [0, 2, 3]],
     };
     divide(&mut scene, &tetrahedron, size_factor, Vec3::ZERO, 1.0, red, observer)?;
     scene.finish()

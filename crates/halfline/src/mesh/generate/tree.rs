@@ -2,8 +2,8 @@
 //! 1984): a branch is a cone with a sphere on its end, and carries two branches, one turned
 //! aside by 40 degrees and 0.65 times as long, the other by 25 degrees and 0.7 times.
 //!
-//! Cones are closed with discs, which the spheres hide. Each generation has the square root of
-//! two times as many sides as the next, twice as numerous one.
+//! Cones are closed with discs, which the spheres hide. Each generation has the fourth root of two
+//! times as many sides as the next, twice as numerous one.
 
 use libm::{cos, sin};
 
@@ -65,11 +65,9 @@ pub fn tree(triangles: usize, observer: &dyn Observer) -> Result<Mesh> {
 
 /// The sides and bands of a branch, given those of one `generations` younger.
 fn finer(segments: usize, stacks: usize, generations: u32) -> (usize, usize) {
-    let scale = |n: usize| {
-        // 99 / 70 is the square root of two to four digits.
-        let n = n << (generations / 2);
-        if generations % 2 == 0 { n } else { (n * 99).div_ceil(70) }
-    };
+    // The powers of the fourth root of two, in thousandths.
+    let part = [1000, 1189, 1414, 1682][generations as usize % 4];
+    let scale = |n: usize| ((n << (generations / 4)) * part).div_ceil(1000);
     (scale(segments), scale(stacks))
 }
 
