@@ -7,14 +7,14 @@
 use crate::error::Result;
 use crate::geometry::{Vec3, vec3};
 use crate::mesh::Mesh;
-use crate::progress::Observer;
 
 use super::View;
 use super::assembly::Assembly;
 use super::cube_sphere::CubeSphere;
+use super::fill::{Progress, single};
 use super::hall_structure::{Detail, LEVELS, Materials, PLINTHS, build, plinth};
 use super::random::mix;
-use super::scan::scanned;
+use super::scan::{Surface, scanned};
 
 /// From a visitor's eyes near one end, down the nave.
 pub const VIEW: View = View {
@@ -31,11 +31,11 @@ const FOSSIL: usize = 12;
 const EXHIBITS: usize = 4;
 
 /// See [`Kind::Hall`](super::Kind::Hall).
-pub fn hall(triangles: usize, seed: u64, observer: &dyn Observer) -> Result<Mesh> {
+pub fn hall(triangles: usize, seed: u64, progress: &Progress) -> Result<Mesh> {
     // The most detailed hall that leaves enough for the exhibits; the barest if none does.
     let mut chosen = None;
     for detail in LEVELS.iter().rev() {
-        observer.check()?;
+        progress.check()?;
         let exhibits = if detail.exhibits { PLINTHS * FOSSIL } else { 0 };
         let size = built(detail, 0)?.0.triangle_count();
         if size + exhibits.max(triangles / 8 * EXHIBITS * usize::from(detail.exhibits)) <= triangles
@@ -57,7 +57,7 @@ pub fn hall(triangles: usize, seed: u64, observer: &dyn Observer) -> Result<Mesh
     let mut left = rest;
     for index in 0..PLINTHS {
         let share = left / (PLINTHS - index);
-        let (positions, triangles) = fossil(index, share, seed, observer)?;
+        let (positions, triangles) = fossil(index, share, seed, progress)?;
         left -= triangles.len();
         scene.raw(&positions, &triangles, materials.fossil);
     }
@@ -73,15 +73,10 @@ fn built(detail: &Detail, more: usize) -> Result<(Assembly, Materials)> {
 }
 
 /// The fossil on plinth `index`, of at most `triangles`, no less than twelve.
-fn fossil(
-    index: usize,
-    triangles: usize,
-    seed: u64,
-    observer: &dyn Observer,
-) -> Result<(Vec<[f32; 3]>, Vec<[u32; 3]>)> {
+fn fossil(index: usize, triangles: usize, seed: u64, progress: &Progress) -> Result<Surface> {
     debug_assert!(triangles >= CubeSphere::SMALLEST);
     let (mut positions, triangles) =
-        scanned(triangles, mix(seed.wrapping_add(index as u64)), observer)?;
+        scanned(triangles, mix(seed.wrapping_add(index as u64)), progress)?;
     let (top, size) = plinth(index);
     // Each is turned about the vertical by 36 degrees more than the one before, and leans
     // towards the nave so that visitors see its plates.
@@ -95,7 +90,7 @@ fn fossil(
         top + vec3(x, y, z) * size
     };
     for p in &mut positions {
-        *p = super::fill::single(place((*p).into()));
+        *p = single(place((*p).into()));
     }
     // Let it down until its lowest vertex touches the plinth.
     let lowest = positions.iter().fold(f32::INFINITY, |low, p| low.min(p[2]));

@@ -15,6 +15,7 @@ mod echinoid;
 mod fill;
 mod gears;
 mod hall;
+mod hall_chandelier;
 mod hall_structure;
 mod mount;
 mod noise;
@@ -34,7 +35,9 @@ use std::str::FromStr;
 use crate::error::{Error, Result};
 use crate::geometry::Vec3;
 use crate::mesh::Mesh;
-use crate::progress::{Observer, Stage};
+use crate::progress::Observer;
+
+use fill::Progress;
 
 /// What can be generated. The last seven are the scenes of Eric Haines, "A Proposal for Standard
 /// Graphics Environments", IEEE Computer Graphics and Applications 7(11), 1987, with the sizes
@@ -195,7 +198,7 @@ pub fn suggested_view(kind: Kind) -> Option<View> {
 }
 
 /// A mesh of the given kind with about the given number of triangles; [`Kind`] says how near it
-/// comes. Reports [`Stage::Load`] to `observer`.
+/// comes. Reports [`Stage::Load`](crate::progress::Stage) in triangles to `observer`.
 ///
 /// Coordinates are single precision. The seed changes only the kinds for which
 /// [`Kind::is_random`]. `Mesh::materials` is set where the scene has colours of its own.
@@ -213,23 +216,23 @@ pub fn generate(kind: Kind, triangles: usize, seed: u64, observer: &dyn Observer
             format!("{triangles} is more than the {MAX_TRIANGLES} that can be generated"),
         ));
     }
-    observer.check()?;
+    let progress = &Progress::new(observer, triangles);
+    progress.check()?;
     let mesh = match kind {
-        Kind::Scan => scan::scan(triangles, seed, observer),
-        Kind::Sphere => sphere::sphere(triangles, observer),
-        Kind::Soup => soup::soup(triangles, seed, observer),
-        Kind::Terrain => terrain::terrain(triangles, seed, observer),
-        Kind::Hall => hall::hall(triangles, seed, observer),
-        Kind::Balls => balls::balls(triangles, observer),
-        Kind::Gears => gears::gears(triangles, observer),
-        Kind::Mount => mount::mount(triangles, seed, observer),
-        Kind::Rings => rings::rings(triangles, observer),
-        Kind::Teapot => teapot::teapot(triangles, observer),
-        Kind::Tetra => tetra::tetra(triangles, observer),
-        Kind::Tree => tree::tree(triangles, observer),
+        Kind::Scan => scan::scan(triangles, seed, progress),
+        Kind::Sphere => sphere::sphere(triangles, progress),
+        Kind::Soup => soup::soup(triangles, seed, progress),
+        Kind::Terrain => terrain::terrain(triangles, seed, progress),
+        Kind::Hall => hall::hall(triangles, seed, progress),
+        Kind::Balls => balls::balls(triangles, progress),
+        Kind::Gears => gears::gears(triangles, progress),
+        Kind::Mount => mount::mount(triangles, seed, progress),
+        Kind::Rings => rings::rings(triangles, progress),
+        Kind::Teapot => teapot::teapot(triangles, progress),
+        Kind::Tetra => tetra::tetra(triangles, progress),
+        Kind::Tree => tree::tree(triangles, progress),
     }?;
-    let count = mesh.triangle_count() as u64;
-    observer.report(Stage::Load, count, count);
+    progress.finish();
     Ok(mesh)
 }
 

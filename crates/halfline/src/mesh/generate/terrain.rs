@@ -9,10 +9,9 @@
 use crate::error::Result;
 use crate::geometry::vec3;
 use crate::mesh::{Mesh, Positions};
-use crate::progress::Observer;
 
 use super::View;
-use super::fill::{fill, single};
+use super::fill::{Progress, fill, single};
 use super::noise::{Noise, smooth_step};
 
 /// Over the foothills towards the peaks.
@@ -24,15 +23,15 @@ pub const VIEW: View = View {
 };
 
 /// See [`Kind::Terrain`](super::Kind::Terrain).
-pub fn terrain(triangles: usize, seed: u64, observer: &dyn Observer) -> Result<Mesh> {
+pub fn terrain(triangles: usize, seed: u64, progress: &Progress) -> Result<Mesh> {
     let (columns, rows) = sides(triangles);
     let shape = Shape::new(seed, 2.0 / columns as f64);
-    let positions = fill((columns + 1) * (rows + 1), observer, |i| {
+    let positions = fill((columns + 1) * (rows + 1), triangles / 10 * 9, progress, |i| {
         let x = 2.0 * (i % (columns + 1)) as f64 / columns as f64 - 1.0;
         let y = 2.0 * (i / (columns + 1)) as f64 / rows as f64 - 1.0;
         single(vec3(x, y, shape.height(x, y)))
     })?;
-    let indices = fill(2 * columns * rows, observer, |i| {
+    let indices = fill(2 * columns * rows, triangles / 10, progress, |i| {
         let (cell, row) = (i / 2, columns + 1);
         let (x, y) = (cell % columns, cell / columns);
         let a = y * row + x;
