@@ -34,7 +34,8 @@ impl Progress<'_> {
         self.observer.report(Stage::Load, self.total, self.total);
     }
 
-    fn advance(&self, triangles: u64) {
+    /// Reports that so many more are done.
+    pub fn advance(&self, triangles: u64) {
         let done = self.done.fetch_add(triangles, Ordering::Relaxed) + triangles;
         self.observer.report(Stage::Load, done.min(self.total), self.total);
     }

@@ -54,6 +54,7 @@ pub fn hall(triangles: usize, seed: u64, progress: &Progress) -> Result<Mesh> {
 
     let rest = triangles - size;
     let (mut scene, materials) = built(detail, rest)?;
+    progress.advance(size as u64);
     let mut left = rest;
     for index in 0..PLINTHS {
         let share = left / (PLINTHS - index);

@@ -373,6 +373,12 @@ fn progress_rises_to_the_end() {
         assert_eq!(reports.last().unwrap().1, 200_001, "{kind}");
         if matches!(kind, Kind::Scan | Kind::Sphere | Kind::Soup | Kind::Terrain | Kind::Hall) {
             assert!(reports.len() > 5, "{kind}: {reports:?}");
+            // The hall's structure is one step; else steps are of one size.
+            let longest = if kind == Kind::Hall { 0.5 } else { 0.15 };
+            for pair in reports.windows(2) {
+                let step = (pair[1].1 - pair[0].1) as f64;
+                assert!(step <= longest * 200_001.0, "{kind}: {reports:?}");
+            }
         }
     }
 }
