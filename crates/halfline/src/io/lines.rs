@@ -71,7 +71,7 @@ impl<'a> Lines<'a> {
 
     /// The number of the line read last, for an error message.
     pub fn place(&self) -> String {
-        format!("line {}", self.number)
+        format!("line {}", self.number.max(1))
     }
 
     /// An error about the line read last.
@@ -167,4 +167,11 @@ pub(super) fn quoted(field: &[u8]) -> String {
     let shown = &field[..field.len().min(MOST_BYTES)];
     let dots = if field.len() > MOST_BYTES { "..." } else { "" };
     format!("`{}{dots}`", String::from_utf8_lossy(shown).escape_debug())
+}
+
+/// Another library's message as it can stand in ours: on one line, and not long.
+pub(super) fn one_line(message: &str) -> String {
+    const MOST_CHARACTERS: usize = 200;
+    let plain = |c: char| if c.is_control() { ' ' } else { c };
+    message.trim().chars().take(MOST_CHARACTERS).map(plain).collect()
 }
