@@ -255,6 +255,6 @@ fn hostile_files_neither_panic_nor_take_much_memory() {
             }
         }
         // Mutations that are all refused, or none, would test little.
-        assert!(refused > 400 && read_all_the_same > 400, "{name}: {refused} refused");
+        assert!(refused > 100 && read_all_the_same > 100, "{name}: {refused} refused");
     }
 }
