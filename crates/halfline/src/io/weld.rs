@@ -12,6 +12,7 @@ use hashbrown::HashTable;
 use hashbrown::hash_table::Entry;
 use rayon::prelude::*;
 
+use super::map::zeroed;
 use super::progress::ByteProgress;
 use crate::error::{Error, Result};
 
@@ -125,7 +126,7 @@ pub fn weld<P: Point>(
     }
 
     // Put those numbers into the triangles.
-    let mut triangles = vec![[0; 3]; count];
+    let mut triangles = zeroed([0; 3], count);
     triangles.par_chunks_mut(CHUNK_TRIANGLES).zip(&chunks).zip(&numbers).for_each(
         |((triangles, (_, local)), numbers)| {
             for (triangle, local) in triangles.iter_mut().zip(local) {
