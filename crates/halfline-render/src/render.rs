@@ -108,13 +108,16 @@ fn world<'a>(scene: &'a Scene, settings: &RenderSettings, bounds: &Aabb, size: f
 
 /// A file's material with every value in its range; NaN becomes the lowest one.
 fn tame(material: &Material) -> Material {
-    let unit = |v: f32| v.max(0.0).min(1.0);
+    let within = |v: f32, lowest: f32, highest: f32| {
+        if v.is_nan() { lowest } else { v.clamp(lowest, highest) }
+    };
+    let unit = |v: f32| within(v, 0.0, 1.0);
     Material {
         base_color: material.base_color.map(unit),
         metallic: unit(material.metallic),
         roughness: unit(material.roughness),
         transmission: unit(material.transmission),
-        ior: material.ior.max(1.0).min(10.0),
+        ior: within(material.ior, 1.0, 10.0),
     }
 }
 
