@@ -13,7 +13,7 @@ pub(crate) fn backdrop(background: &Background, x: f64, y: f64) -> (Color, f64) 
             // Brightest a little above the middle, darker to the corners: in encoded values, in
             // which equal steps look equal.
             let distance = (0.55 * x * x + 0.6 * (y - 0.15) * (y - 0.15)).min(1.0);
-            let [r, g, b] = [0.965, 0.965, 0.96].map(|v: f64| v - 0.14 * distance);
+            let [r, g, b] = [0.93, 0.935, 0.94].map(|v: f64| v - 0.22 * distance);
             let linear = |v: f64| f64::from(linear_from_srgb(v as f32));
             (vec3(linear(r), linear(g), linear(b)), 1.0)
         }
@@ -35,4 +35,13 @@ pub(crate) fn surroundings(background: &Background, cos_up: f64) -> Color {
             }
         }
     }
+}
+
+/// What a white surface sends back of the light of [`surroundings`], by the cosine of its normal
+/// with the up axis.
+pub(crate) fn ambient(background: &Background, cos_up: f64) -> Color {
+    // A surface that faces up sees the sky alone, one that faces sideways as much floor as sky;
+    // the half-spaces in between have shares that are linear in the cosine.
+    let [floor, sky] = [-0.5, 0.5].map(|cosine| surroundings(background, cosine));
+    mix(floor, sky, 0.5 + 0.5 * cos_up)
 }

@@ -22,9 +22,14 @@ impl Rendering {
         } else {
             pixels.into_flattened()
         };
-        let mut writer = encoder.write_header()?;
-        writer.write_image_data(&bytes)?;
-        writer.finish()?;
-        Ok(())
+        let written = encoder.write_header().and_then(|mut writer| {
+            writer.write_image_data(&bytes)?;
+            writer.finish()
+        });
+        // The conversion that comes with the encoder would lose the kind of the error.
+        written.map_err(|error| match error {
+            png::EncodingError::IoError(error) => error,
+            other => io::Error::other(other),
+        })
     }
 }

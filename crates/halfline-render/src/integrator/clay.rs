@@ -14,13 +14,14 @@ use super::{Integrator, Radiance, Sighting, dimension};
 use crate::camera::Camera;
 use crate::color::{Color, mix};
 use crate::ground::Paint;
+use crate::image::Rendering;
 use crate::sampling::{Sampler, cosine_hemisphere, uniform_cone};
 use crate::statistics::RayCounts;
 use crate::world::{Surface, World};
 
 /// What models without colours of their own are made of.
 pub(crate) const PLASTER: Material = Material {
-    base_color: [0.62, 0.585, 0.545, 1.0],
+    base_color: [0.64, 0.595, 0.54, 1.0],
     metallic: 0.0,
     roughness: 1.0,
     transmission: 0.0,
@@ -28,14 +29,18 @@ pub(crate) const PLASTER: Material = Material {
 };
 
 /// Light that a white surface sends back, by where it comes from.
-const ZENITH: Color = vec3(0.66, 0.74, 0.88);
-const HORIZON: Color = vec3(0.58, 0.60, 0.64);
-const NADIR: Color = vec3(0.34, 0.31, 0.285);
-const KEY: Color = vec3(0.98, 0.90, 0.79);
+const ZENITH: Color = vec3(0.46, 0.53, 0.66);
+const HORIZON: Color = vec3(0.37, 0.40, 0.46);
+const NADIR: Color = vec3(0.22, 0.20, 0.185);
+const KEY: Color = vec3(1.24, 1.12, 0.95);
 
 /// Share of the light that comes back from where the sky is hidden, before it is multiplied by
 /// the surface's colour once more.
-const RETURNED: f64 = 0.22;
+const RETURNED: f64 = 0.16;
+
+/// Light up to this level is shown as it is; what is brighter nears white without reaching it, as
+/// on film, so that white paint keeps its shape.
+const SHOULDER: f32 = 0.55;
 
 /// Half the angle under which the key light is seen.
 const KEY_RADIUS_DEGREES: f64 = 7.0;
@@ -52,7 +57,7 @@ pub(crate) struct Clay<'a> {
 impl<'a> Clay<'a> {
     /// `reach` is the length of the occlusion rays, `rays` their number.
     pub(crate) fn new(world: &'a World<'a>, camera: &Camera, reach: f64, rays: u32) -> Clay<'a> {
-        let key = camera.up() * 0.95 - camera.right() * 0.75 - camera.forward() * 0.75;
+        let key = camera.up() - camera.right() * 0.9 - camera.forward() * 0.45;
         Clay {
             world,
             key: key.normalized(),
@@ -144,5 +149,31 @@ impl Integrator for Clay<'_> {
                 Radiance::opaque(albedo * light)
             }
         }
+    }
+    fn finish(&self, picture: &mut Rendering) {
+        for [r, g, b, _] in &mut picture.color {
+            for channel in [r, g, b] {
+                *channel = shoulder(*channel);
+            }
+        }
+    }
+}
+
+/// The identity up to [`SHOULDER`], then an exponential with the same slope there, up to 1.
+fn shoulder(light: f32) -> f32 {
+    let room = 1.0 - SHOULDER;
+    if light <= SHOULDER { light } else { 1.0 - room * ((SHOULDER - light) / room).exp() }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_shoulder_is_smooth_and_stays_below_white() {
+        assert_eq!([0.0, 0.3, SHOULDER].map(shoulder), [0.0, 0.3, SHOULDER]);
+        let slope = (shoulder(SHOULDER + 1e-3) - SHOULDER) / 1e-3;
+        assert!((slope - 1.0).abs() < 2e-3, "{slope}");
+        assert!(shoulder(2.0) > shoulder(1.5) && shoulder(2.0) < 1.0);
     }
 }

@@ -10,7 +10,7 @@ use crate::statistics::RayCounts;
 
 /// The share of pixels whose counts the scale must hold; the rest, mostly single pixels at
 /// outlines, show the last colour instead of pressing all others into the first.
-const HELD: f64 = 0.999;
+const HELD: f64 = 0.99;
 
 pub(crate) struct Steps {
     pub(crate) bar: ColorBar,

@@ -19,7 +19,7 @@ use crate::lights::{first_visible, illuminate, is_soft};
 use crate::optics::{cross_boundary, metal_reflectance, reflect};
 use crate::sampling::Sampler;
 use crate::settings::{Background, Light};
-use crate::sky::surroundings;
+use crate::sky::{ambient, surroundings};
 use crate::statistics::RayCounts;
 use crate::world::{Surface, World};
 
@@ -104,25 +104,23 @@ impl Whitted<'_> {
         let ior = f64::from(material.ior);
         let enters = clear == 0.0 || ray.direction.dot(surface.at.normal) < 0.0;
         let crossing = cross_boundary(ray.direction, normal, if enters { ior } else { 1.0 / ior });
-        let polish = polish(&material);
-        let dielectric = (1.0 - metallic) * crossing.reflectance;
-        let fresnel = metal_reflectance(base, cosine) * metallic + grey(dielectric);
-        let mirrored = fresnel * if clear > 0.0 { polish.max(clear) } else { polish };
+        let polish = polish(&material).max(clear);
+        let fresnel = metal_reflectance(base, cosine) * metallic
+            + grey((1.0 - metallic) * crossing.reflectance);
+        let mirrored = fresnel * polish;
+        let blurred = fresnel * (1.0 - polish);
         let passed = base * (clear * (1.0 - crossing.reflectance));
-        let dielectric_body = (1.0 - metallic) - clear;
-        let scattered = base
-            * ((dielectric_body * (1.0 - crossing.reflectance * polish)).max(0.0)
-                + metallic * (1.0 - polish));
+        let scattered = base * ((1.0 - metallic - clear) * (1.0 - crossing.reflectance)).max(0.0);
 
         // Add what the lamps and the surroundings give to the scattering part.
         let mut light = Vec3::ZERO;
-        if scattered.max_element() > 0.0 {
+        let diffuse = scattered + blurred;
+        if diffuse.max_element() > 0.0 {
             let [lamps, _] = self.lamps(surface, normal, branch, tree, |towards| {
                 let halfway = (towards - ray.direction).normalized();
-                let highlight = highlight(&material, normal.dot(halfway));
-                scattered / PI + fresnel * ((1.0 - polish) * highlight)
+                scattered / PI + blurred * highlight(&material, normal.dot(halfway))
             });
-            light += lamps + scattered * self.ambient(normal);
+            light += lamps + diffuse * self.ambient(normal);
         }
 
         // Follow the mirrored ray and the refracted ray.
@@ -186,10 +184,7 @@ impl Whitted<'_> {
     }
 
     fn ambient(&self, normal: Vec3) -> Color {
-        // Halfway between what is in front of the surface and what is around it.
-        let around = normal.dot(self.world.up);
-        (surroundings(&self.background, around) + surroundings(&self.background, 0.5 * around))
-            * (0.5 * AMBIENT)
+        ambient(&self.background, normal.dot(self.world.up)) * AMBIENT
     }
 
     /// The light of all lamps that a surface sends back by `scattering`, and what it would send
