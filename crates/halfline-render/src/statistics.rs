@@ -1,0 +1,51 @@
+//! What a picture cost.
+
+use std::ops::AddAssign;
+
+/// Rays by what they were for.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct RayCounts {
+    /// From the eye.
+    pub primary: u64,
+    /// From a surface into its surroundings, to see how much sky it gets.
+    pub occlusion: u64,
+    /// From a surface to a light.
+    pub shadow: u64,
+    /// From a mirror.
+    pub reflection: u64,
+    /// Through glass.
+    pub refraction: u64,
+}
+
+impl RayCounts {
+    /// All of them.
+    pub fn total(&self) -> u64 {
+        self.primary + self.occlusion + self.shadow + self.reflection + self.refraction
+    }
+}
+
+impl AddAssign for RayCounts {
+    fn add_assign(&mut self, other: RayCounts) {
+        self.primary += other.primary;
+        self.occlusion += other.occlusion;
+        self.shadow += other.shadow;
+        self.reflection += other.reflection;
+        self.refraction += other.refraction;
+    }
+}
+
+/// What a picture cost.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct RenderStatistics {
+    /// Rays cast.
+    pub rays: RayCounts,
+    /// Wall-clock time from the first ray to the last.
+    pub trace_seconds: f64,
+}
+
+impl RenderStatistics {
+    /// Rays of all kinds cast in a second, or 0 if nothing was cast.
+    pub fn rays_per_second(&self) -> f64 {
+        if self.trace_seconds > 0.0 { self.rays.total() as f64 / self.trace_seconds } else { 0.0 }
+    }
+}
