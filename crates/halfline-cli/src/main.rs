@@ -5,13 +5,16 @@
 
 mod arguments;
 mod commands;
+mod engine;
 mod interrupt;
 mod npy;
 mod npz;
 mod output;
 mod progress;
 mod session;
+mod table;
 mod units;
+mod values;
 
 use std::io::Write;
 use std::process::ExitCode;
@@ -43,10 +46,10 @@ fn main() -> ExitCode {
 fn run(arguments: &Arguments) -> Result<(), Failure> {
     let session = Session::start(&arguments.global)?;
     match &arguments.command {
-        Command::Render(options) => commands::render::run(options, &session),
-        Command::Info(options) => commands::info::run(options, &session),
-        Command::Query(options) => commands::query::run(options, &session),
-        Command::Generate(options) => commands::generate::run(options, &session),
+        Command::Render(options) => commands::render::run(options, session),
+        Command::Info(options) => commands::info::run(options, session),
+        Command::Query(options) => commands::query::run(options, session),
+        Command::Generate(options) => commands::generate::run(options, session),
     }
 }
 

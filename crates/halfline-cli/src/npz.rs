@@ -61,17 +61,16 @@ impl<'a, W: Write + Seek> Archive<'a, W> {
         Archive { zip: ZipWriter::new(file), observer, written: 0, total }
     }
 
-    /// Adds an array of the given shape, its elements in C order.
+    /// Adds an array of shape (n,) if N is 1, else (n, N).
     ///
     /// # Errors
-    /// If the file cannot be written, or the observer wants the end ([`io::ErrorKind::Other`]).
+    /// If the file cannot be written.
     pub fn add<const N: usize, E: Element>(
         &mut self,
         name: &str,
-        rows: usize,
         elements: impl ExactSizeIterator<Item = [E; N]>,
     ) -> io::Result<()> {
-        debug_assert_eq!(rows, elements.len());
+        let rows = elements.len();
         let size = (rows * N * E::SIZE) as u64;
         let options = SimpleFileOptions::default()
             .compression_method(zip::CompressionMethod::Stored)
@@ -90,9 +89,10 @@ impl<'a, W: Write + Seek> Archive<'a, W> {
         self.flush(&mut bytes)
     }
 
-    /// Writes the archive's table of contents and hands the file back.
-    pub fn finish(self) -> io::Result<W> {
-        Ok(self.zip.finish()?)
+    /// Writes the archive's table of contents.
+    pub fn finish(self) -> io::Result<()> {
+        self.zip.finish()?;
+        Ok(())
     }
 
     fn flush(&mut self, bytes: &mut Vec<u8>) -> io::Result<()> {
@@ -100,7 +100,7 @@ impl<'a, W: Write + Seek> Archive<'a, W> {
         self.written += bytes.len() as u64;
         bytes.clear();
         self.observer.report(Stage::Write, self.written.min(self.total), self.total);
-        self.observer.check().map_err(io::Error::other)
+        Ok(())
     }
 }
 
