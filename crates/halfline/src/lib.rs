@@ -9,6 +9,7 @@ pub mod numeric;
 pub mod progress;
 pub mod scene;
 pub mod textbook;
+pub mod tree;
 
 pub use error::Error;
 pub use geometry::{Aabb, Hit, Ray, Vec3};
