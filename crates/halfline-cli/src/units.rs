@@ -52,6 +52,26 @@ pub fn rough_seconds(value: f64) -> String {
     }
 }
 
+/// A coordinate with six significant digits, as much as a person compares by eye.
+pub fn coordinate(value: f64) -> String {
+    let magnitude = if value == 0.0 { 0 } else { value.abs().log10().floor() as i32 };
+    if !(-4..9).contains(&magnitude) {
+        return format!("{value:.5e}");
+    }
+    let text = format!("{value:.decimals$}", decimals = (5 - magnitude).max(0) as usize);
+    match text.contains('.') {
+        true => text.trim_end_matches('0').trim_end_matches('.').into(),
+        false => text,
+    }
+}
+
+/// A bar as long as `share`, 1 being 20 characters, to an eighth of a character.
+pub fn bar(share: f64) -> String {
+    const EIGHTHS: [&str; 8] = ["", "▏", "▎", "▍", "▌", "▋", "▊", "▉"];
+    let eighths = (share * 160.0).ceil() as usize;
+    "█".repeat(eighths / 8) + EIGHTHS[eighths % 8]
+}
+
 fn three_digits(value: f64) -> String {
     match value {
         v if v >= 99.95 => format!("{v:.0}"),
@@ -75,6 +95,21 @@ mod tests {
         let texts = [0.0, 870.0, 999.6, 12_400_000.0, 999_600.0, 3.2e9].map(metric);
         assert_eq!(texts, ["0.00 ", "870 ", "1.00 k", "12.4 M", "1.00 M", "3.20 G"]);
         assert_eq!(bytes(5_400_000), "5.40 MB");
+    }
+
+    #[test]
+    fn coordinates_are_short() {
+        let texts = [0.0, -0.061, 1234.56789, 4_512_345.678, 2.5e-7, 1e12, -3.0].map(coordinate);
+        assert_eq!(
+            texts,
+            ["0", "-0.061", "1234.57", "4512346", "2.50000e-7", "1.00000e12", "-3"]
+        );
+    }
+
+    #[test]
+    fn bars_grow_by_eighths() {
+        assert_eq!(bar(1.0), "█".repeat(20));
+        assert_eq!((bar(0.0).as_str(), bar(1e-9).as_str(), bar(0.075).as_str()), ("", "▏", "█▌"));
     }
 
     #[test]
