@@ -1,48 +1,46 @@
-//! Rays out of a NumPy `.npy` file, some at a time.
+//! The header of a `.npy` file.
 //!
 //! The format is NumPy's `numpy.lib.format`, versions 1 to 3. Its header is a Python dictionary
-//! of three known entries; only this is understood here, not Python: a header from a stranger
-//! cannot nest.
+//! of three known entries. Only these are understood here, not Python, so that a header from a
+//! stranger cannot nest until the stack overflows.
 
 use std::fs::File;
-use std::io::{ErrorKind, Read, Seek, SeekFrom};
-use std::path::{Path, PathBuf};
+use std::io::{ErrorKind, Read};
+use std::path::Path;
 
+use halfline::Error;
 use halfline::error::Result;
-use halfline::{Error, Ray};
 
 /// NumPy itself refuses longer headers unless told otherwise (`max_header_size`).
 const LONGEST_HEADER: u32 = 10_000;
 
-/// An open file of rays, of shape (n, 6) or (n, 8).
-pub struct RayFile {
-    path: PathBuf,
-    file: File,
-    layout: Layout,
-    /// Where the first number lies.
-    data_offset: u64,
-    rays_read: u64,
-    bytes: Vec<u8>,
-}
-
 /// How the numbers lie in the file.
 #[derive(Clone, Copy, Debug, PartialEq)]
-struct Layout {
-    rows: u64,
-    columns: usize,
-    number: Number,
-    big_endian: bool,
-    fortran_order: bool,
+pub struct Layout {
+    /// Rays.
+    pub rows: u64,
+    /// Numbers of a ray: 6 or 8.
+    pub columns: usize,
+    /// What each number is.
+    pub number: Number,
+    /// Most significant byte first.
+    pub big_endian: bool,
+    /// Column after column instead of ray after ray.
+    pub fortran_order: bool,
 }
 
+/// The types of number that rays may have.
 #[derive(Clone, Copy, Debug, PartialEq)]
-enum Number {
+pub enum Number {
+    /// Single precision.
     Float32,
+    /// Double precision.
     Float64,
 }
 
 impl Number {
-    fn size(self) -> usize {
+    /// Bytes.
+    pub fn size(self) -> usize {
         match self {
             Number::Float32 => 4,
             Number::Float64 => 8,
@@ -50,113 +48,8 @@ impl Number {
     }
 }
 
-impl RayFile {
-    /// Opens `path` and reads its header.
-    ///
-    /// # Errors
-    /// If the file cannot be read, is no `.npy` file, or does not hold what rays look like.
-    pub fn open(path: &Path) -> Result<RayFile> {
-        let mut file = File::open(path).map_err(|error| Error::io(path, error))?;
-        let (header, data_offset) = read_header(&mut file, path)?;
-        let layout = Header::parse(&header)
-            .map_err(|reason| Error::format(path, "header", reason))?
-            .layout()
-            .map_err(|reason| Error::format(path, "header", reason))?;
-        let promised = layout
-            .rows
-            .checked_mul((layout.columns * layout.number.size()) as u64)
-            .and_then(|bytes| bytes.checked_add(data_offset));
-        let metadata = file.metadata().map_err(|error| Error::io(path, error))?;
-        if metadata.is_file() {
-            if promised.is_none_or(|promised| promised > metadata.len()) {
-                return Err(too_short(path, &layout, metadata.len()));
-            }
-        } else if layout.fortran_order {
-            return Err(Error::format(
-                path,
-                "header",
-                "Fortran order needs a file to move about in, not a pipe",
-            ));
-        }
-        Ok(RayFile {
-            path: path.to_owned(),
-            file,
-            layout,
-            data_offset,
-            rays_read: 0,
-            bytes: Vec::new(),
-        })
-    }
-
-    /// How many rays the file holds.
-    pub fn ray_count(&self) -> u64 {
-        self.layout.rows
-    }
-
-    /// Replaces `rays` with the next `at_most` rays of the file; with none at its end.
-    pub fn read(&mut self, at_most: usize, rays: &mut Vec<Ray>) -> Result<()> {
-        rays.clear();
-        let Layout { rows, columns, number, big_endian, fortran_order } = self.layout;
-        let count = (rows - self.rays_read).min(at_most as u64) as usize;
-        let size = number.size();
-        self.bytes.resize(count * columns * size, 0);
-        let outcome = if fortran_order && count > 0 {
-            // Each column is contiguous: column by column into a block of the same order.
-            self.bytes.chunks_exact_mut(count * size).enumerate().try_for_each(|(i, column)| {
-                let at = (i as u64 * rows + self.rays_read) * size as u64;
-                self.file.seek(SeekFrom::Start(self.data_offset + at))?;
-                self.file.read_exact(column)
-            })
-        } else {
-            self.file.read_exact(&mut self.bytes)
-        };
-        outcome.map_err(|error| match error.kind() {
-            ErrorKind::UnexpectedEof => Error::format(
-                &self.path,
-                format!("ray {} and following", self.rays_read),
-                format!("the data ends before the {rows} rays that the header promises"),
-            ),
-            _ => Error::io(&self.path, error),
-        })?;
-        self.rays_read += count as u64;
-
-        let (row_stride, column_stride) =
-            if fortran_order { (1, count) } else { (columns, 1) };
-        let value: fn(&[u8]) -> f64 = match (number, big_endian) {
-            (Number::Float32, false) => |b| f32::from_le_bytes(b.try_into().unwrap()).into(),
-            (Number::Float32, true) => |b| f32::from_be_bytes(b.try_into().unwrap()).into(),
-            (Number::Float64, false) => |b| f64::from_le_bytes(b.try_into().unwrap()),
-            (Number::Float64, true) => |b| f64::from_be_bytes(b.try_into().unwrap()),
-        };
-        let bytes = &self.bytes;
-        rays.extend((0..count).map(|row| {
-            let at = |column: usize| {
-                let start = (row * row_stride + column * column_stride) * size;
-                value(&bytes[start..start + size])
-            };
-            let mut ray =
-                Ray::new([at(0), at(1), at(2)].into(), [at(3), at(4), at(5)].into());
-            if columns == 8 {
-                (ray.t_min, ray.t_max) = (at(6), at(7));
-            }
-            ray
-        }));
-        Ok(())
-    }
-}
-
-fn too_short(path: &Path, layout: &Layout, file_bytes: u64) -> Error {
-    let Layout { rows, columns, number, .. } = *layout;
-    let bits = number.size() * 8;
-    Error::format(
-        path,
-        format!("byte {file_bytes}"),
-        format!("the file ends before the ({rows}, {columns}) float{bits} that its header promises"),
-    )
-}
-
 /// The header's text, and where the data begins.
-fn read_header(file: &mut File, path: &Path) -> Result<(Vec<u8>, u64)> {
+pub fn read_header(file: &mut File, path: &Path) -> Result<(Vec<u8>, u64)> {
     let no_npy = |error: std::io::Error| match error.kind() {
         ErrorKind::UnexpectedEof => Error::format(path, "header", "the file ends within it"),
         _ => Error::io(path, error),
@@ -199,16 +92,20 @@ fn read_header(file: &mut File, path: &Path) -> Result<(Vec<u8>, u64)> {
     Ok((header, before + u64::from(length)))
 }
 
+/// What was read, or what is wrong.
+type Parsed<T> = std::result::Result<T, String>;
+
 /// The three entries of the dictionary.
 #[derive(Debug, PartialEq)]
-struct Header {
+pub struct Header {
     dtype: String,
     fortran_order: bool,
     shape: Vec<u64>,
 }
 
 impl Header {
-    fn parse(text: &[u8]) -> Result<Header, String> {
+    /// Understands the text of a header.
+    pub fn parse(text: &[u8]) -> Parsed<Header> {
         let mut cursor = Cursor { text, at: 0 };
         let (mut dtype, mut fortran_order, mut shape) = (None, None, None);
         cursor.expect(b'{')?;
@@ -236,7 +133,8 @@ impl Header {
         }
     }
 
-    fn layout(&self) -> Result<Layout, String> {
+    /// How rays lie in a file with this header.
+    pub fn layout(&self) -> Parsed<Layout> {
         let (big_endian, number) = match self.dtype.as_str() {
             "<f4" => (false, Number::Float32),
             "<f8" => (false, Number::Float64),
@@ -290,7 +188,7 @@ impl Cursor<'_> {
         found
     }
 
-    fn expect(&mut self, byte: u8) -> Result<(), String> {
+    fn expect(&mut self, byte: u8) -> Parsed<()> {
         if self.accept(byte) { Ok(()) } else { Err(self.wrong(&format!("`{}`", byte as char))) }
     }
 
@@ -313,7 +211,7 @@ impl Cursor<'_> {
         &rest[..length]
     }
 
-    fn string(&mut self) -> Result<String, String> {
+    fn string(&mut self) -> Parsed<String> {
         let quote = match self.peek() {
             Some(quote @ (b'\'' | b'"')) => quote,
             _ => return Err(self.wrong("a string")),
@@ -324,14 +222,14 @@ impl Cursor<'_> {
         Ok(string)
     }
 
-    fn dtype(&mut self) -> Result<String, String> {
+    fn dtype(&mut self) -> Parsed<String> {
         match self.peek() {
             Some(b'[') => Err("dtype is structured, expected float32 or float64".into()),
             _ => self.string(),
         }
     }
 
-    fn boolean(&mut self) -> Result<bool, String> {
+    fn boolean(&mut self) -> Parsed<bool> {
         self.peek();
         let start = self.at;
         match self.run(u8::is_ascii_alphabetic) {
@@ -344,7 +242,7 @@ impl Cursor<'_> {
         }
     }
 
-    fn shape(&mut self) -> Result<Vec<u64>, String> {
+    fn shape(&mut self) -> Parsed<Vec<u64>> {
         let mut shape = Vec::new();
         self.expect(b'(')?;
         while !self.accept(b')') {
@@ -367,7 +265,7 @@ impl Cursor<'_> {
 mod tests {
     use super::*;
 
-    fn parse(text: &str) -> Result<Header, String> {
+    fn parse(text: &str) -> Parsed<Header> {
         Header::parse(text.as_bytes())
     }
 
