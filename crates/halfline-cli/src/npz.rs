@@ -106,8 +106,7 @@ impl<'a, W: Write + Seek> Archive<'a, W> {
 
 /// Format version 1.0; the data begins at a multiple of 64 bytes.
 fn put_header(bytes: &mut Vec<u8>, dtype: &str, shape: &str) {
-    let dictionary =
-        format!("{{'descr': '{dtype}', 'fortran_order': False, 'shape': {shape}, }}");
+    let dictionary = format!("{{'descr': '{dtype}', 'fortran_order': False, 'shape': {shape}, }}");
     let before = b"\x93NUMPY\x01\x00".len() + 2;
     let length = (before + dictionary.len() + 1).next_multiple_of(64) - before;
     bytes.extend_from_slice(b"\x93NUMPY\x01\x00");

@@ -115,9 +115,7 @@ pub fn light(text: &str) -> Result<Light, String> {
         "directional" => Light::Directional {
             direction: fields.required("direction", direction)?,
             // A white surface that faces the light is then seen white.
-            irradiance: fields
-                .optional("irradiance", power)?
-                .unwrap_or([std::f32::consts::PI; 3]),
+            irradiance: fields.optional("irradiance", power)?.unwrap_or([std::f32::consts::PI; 3]),
             angular_radius: fields.optional("angular-radius", finite)?.unwrap_or(0.0),
         },
         "area" => Light::Area {
@@ -247,11 +245,7 @@ mod tests {
     fn lights() {
         assert_eq!(
             light("point:position=1,2,3:intensity=10:radius=0.5"),
-            Ok(Light::Point {
-                position: vec3(1.0, 2.0, 3.0),
-                intensity: [10.0; 3],
-                radius: 0.5
-            })
+            Ok(Light::Point { position: vec3(1.0, 2.0, 3.0), intensity: [10.0; 3], radius: 0.5 })
         );
         assert_eq!(
             light("directional:irradiance=1,2,3:direction=0,-1,0"),

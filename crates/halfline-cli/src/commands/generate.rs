@@ -52,9 +52,8 @@ pub fn run(options: &Options, session: Session) -> Result<(), Failure> {
     let (mesh, generate_seconds) = session.timed(Stage::Load, |observer| {
         generate::generate(options.kind, options.triangles, options.seed, observer)
     })?;
-    let ((), write_seconds) = session.timed(Stage::Write, |observer| {
-        halfline::io::save_ply(&mesh, &options.output, observer)
-    })?;
+    let ((), write_seconds) = session
+        .timed(Stage::Write, |observer| halfline::io::save_ply(&mesh, &options.output, observer))?;
 
     let file_bytes = options.output.metadata().map(|metadata| metadata.len()).ok();
     let (triangles, vertices) = (mesh.triangle_count() as u64, mesh.positions().len() as u64);

@@ -76,9 +76,8 @@ pub fn run(options: &Options, session: Session) -> Result<(), Failure> {
         bounds_rows(&mut table, &bounds);
         let note = file_bytes.map_or(String::new(), units::bytes);
         table.row("load", units::seconds(load_seconds), note);
-        let note = peak_memory.map_or(String::new(), |bytes| {
-            format!("peak memory so far {}", units::bytes(bytes))
-        });
+        let note = peak_memory
+            .map_or(String::new(), |bytes| format!("peak memory so far {}", units::bytes(bytes)));
         table.row("build", units::seconds(build_seconds), note);
         tree_rows(&mut table, &statistics);
         table.print()
@@ -127,7 +126,8 @@ fn bounds_rows(table: &mut Table, bounds: &Aabb) {
 
 fn tree_rows(table: &mut Table, tree: &TreeStatistics) {
     let count = |value: usize| units::count(value as u64);
-    let note = format!("levels, {} planes, {} groups", count(tree.plane_nodes), count(tree.group_nodes));
+    let note =
+        format!("levels, {} planes, {} groups", count(tree.plane_nodes), count(tree.group_nodes));
     table.row("tree", count(tree.depth), note);
     let note = format!("nodes, expected cost of a line {:.1}", tree.sah_cost);
     table.row("", count(tree.nodes), note);

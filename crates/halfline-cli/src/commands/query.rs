@@ -4,11 +4,11 @@ use std::path::PathBuf;
 use std::time::Instant;
 
 use clap::{Args, ValueEnum};
+use halfline::Scene;
 use halfline::geometry::{Hit, Ray};
 use halfline::mesh::Mesh;
 use halfline::progress::{Observer, Stage};
 use halfline::scene::AllHits;
-use halfline::Scene;
 use halfline::textbook::{KdTree, SurfaceArea, Termination};
 use serde_json::json;
 
@@ -150,8 +150,7 @@ impl Run<'_> {
                 break;
             }
             invalid_rays += batch.iter().filter(|ray| !ray.is_valid()).count() as u64;
-            let observer =
-                Part { whole: self.session.observer(), first, total: ray_count };
+            let observer = Part { whole: self.session.observer(), first, total: ray_count };
             let start = Instant::now();
             answers.extend(engine, &batch, &observer)?;
             trace_seconds += start.elapsed().as_secs_f64();
@@ -204,7 +203,11 @@ impl Run<'_> {
             };
             table.row("write", units::seconds(write_seconds), note);
             if invalid_rays > 0 {
-                table.row("invalid", units::count(invalid_rays), "rays that hit nothing by definition");
+                table.row(
+                    "invalid",
+                    units::count(invalid_rays),
+                    "rays that hit nothing by definition",
+                );
             }
             table.print()
         };

@@ -354,9 +354,8 @@ pub fn run(options: &Options, session: Session) -> Result<(), Failure> {
     let triangles = mesh.triangle_count() as u64;
     let (scene, build_seconds) =
         session.timed(Stage::Build, |observer| halfline::Scene::build(mesh, observer))?;
-    let (rendering, trace_seconds) = session.timed(Stage::Trace, |observer| {
-        halfline_render::render(&scene, &settings, observer)
-    })?;
+    let (rendering, trace_seconds) = session
+        .timed(Stage::Trace, |observer| halfline_render::render(&scene, &settings, observer))?;
     let write_seconds = options.write(&rendering, &session)?;
 
     let rays = rendering.statistics.rays;

@@ -95,8 +95,7 @@ impl RayFile {
         })?;
         self.rays_read += count as u64;
 
-        let (row_stride, column_stride) =
-            if fortran_order { (1, count) } else { (columns, 1) };
+        let (row_stride, column_stride) = if fortran_order { (1, count) } else { (columns, 1) };
         let value: fn(&[u8]) -> f64 = match (number, big_endian) {
             (Number::Float32, false) => |b| f32::from_le_bytes(b.try_into().unwrap()).into(),
             (Number::Float32, true) => |b| f32::from_be_bytes(b.try_into().unwrap()).into(),
@@ -109,8 +108,7 @@ impl RayFile {
                 let start = (row * row_stride + column * column_stride) * size;
                 value(&bytes[start..start + size])
             };
-            let mut ray =
-                Ray::new([at(0), at(1), at(2)].into(), [at(3), at(4), at(5)].into());
+            let mut ray = Ray::new([at(0), at(1), at(2)].into(), [at(3), at(4), at(5)].into());
             if columns == 8 {
                 (ray.t_min, ray.t_max) = (at(6), at(7));
             }
@@ -126,6 +124,8 @@ fn too_short(path: &Path, layout: &Layout, file_bytes: u64) -> Error {
     Error::format(
         path,
         format!("byte {file_bytes}"),
-        format!("the file ends before the ({rows}, {columns}) float{bits} that its header promises"),
+        format!(
+            "the file ends before the ({rows}, {columns}) float{bits} that its header promises"
+        ),
     )
 }
