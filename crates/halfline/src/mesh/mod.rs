@@ -1,5 +1,6 @@
 //! Triangle meshes: the user's coordinates and faces, untouched and in the user's order.
 
+pub mod generate;
 mod material;
 mod triangulate;
 
