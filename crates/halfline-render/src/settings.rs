@@ -153,7 +153,7 @@ pub struct CameraSettings {
     /// both excluded. Without effect once `position` is given.
     pub elevation: f64,
     /// The share of the picture's width and height, or more, that automatic framing leaves free
-    /// in all; at least 0 and below 1.
+    /// in all; at least 0 and below 0.5.
     pub margin: f64,
 }
 

@@ -1,0 +1,42 @@
+//! A heat map of what each pixel's ray costs: tree nodes visited and triangles tested.
+
+use super::{Integrator, Radiance, Sighting};
+use crate::color::linear_from_srgb;
+use crate::color_bar::{ColorBar, Top};
+use crate::colormap::inferno;
+use crate::image::Rendering;
+use crate::sampling::Sampler;
+use crate::statistics::RayCounts;
+
+/// The share of pixels whose counts the scale must hold; the rest, mostly single pixels at
+/// outlines, show the last colour instead of pressing all others into the first.
+const HELD: f64 = 0.999;
+
+pub(crate) struct Steps {
+    pub(crate) bar: ColorBar,
+}
+
+impl Integrator for Steps {
+    fn radiance(&self, _: &Sighting, _: &Sampler, _: &mut RayCounts) -> Radiance {
+        Radiance::NONE
+    }
+
+    fn counts_steps(&self) -> bool {
+        true
+    }
+
+    fn finish(&self, picture: &mut Rendering) {
+        let Some(steps) = &picture.steps else { return };
+        let costs: Vec<f32> = steps.iter().map(|[nodes, triangles]| nodes + triangles).collect();
+        let mut sorted = costs.clone();
+        sorted.sort_unstable_by(f32::total_cmp);
+        let held = ((sorted.len() - 1) as f64 * HELD).round() as usize;
+        let largest = sorted[sorted.len() - 1];
+        let top = Top::round(f64::from(sorted[held]), f64::from(largest));
+        for (pixel, cost) in picture.color.iter_mut().zip(&costs) {
+            let [r, g, b] = inferno(cost / top.value as f32).map(linear_from_srgb);
+            *pixel = [r, g, b, 1.0];
+        }
+        self.bar.draw(&mut picture.color, &top, "nodes + triangles per ray");
+    }
+}

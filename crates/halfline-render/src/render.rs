@@ -1,0 +1,310 @@
+//! The whole of a picture: settings checked, world set up, bands of rows traced in parallel.
+
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::time::Instant;
+
+use halfline::Scene;
+use halfline::error::{Error, Result};
+use halfline::geometry::{Aabb, NO_FACE};
+use halfline::mesh::Material;
+use halfline::progress::{Observer, Stage};
+use halfline::scene::RayCounters;
+use rayon::prelude::*;
+
+use crate::camera::{Camera, center_and_size};
+use crate::color::srgb8_table;
+use crate::color_bar::ColorBar;
+use crate::ground::GroundPlane;
+use crate::image::Rendering;
+use crate::integrator::{
+    Clay, Depth, FaceColors, Integrator, Normals, PLASTER, Radiance, Sighting, Steps, Whitted,
+    dimension,
+};
+use crate::lights::default_lights;
+use crate::sampling::Sampler;
+use crate::settings::{RenderSettings, Shading};
+use crate::sky::backdrop;
+use crate::smooth_normals::SmoothNormals;
+use crate::statistics::{RayCounts, RenderStatistics};
+use crate::world::World;
+
+/// Rows of pixels that one thread does at a time.
+const BAND_ROWS: usize = 4;
+
+/// Draws `scene` as `settings` ask, reporting [`Stage::Trace`] in pixels to `observer`.
+///
+/// # Errors
+/// [`Error::Invalid`] if a setting makes no sense, naming it; [`Error::Interrupted`] soon after
+/// `observer` asks for the end.
+pub fn render(
+    scene: &Scene,
+    settings: &RenderSettings,
+    observer: &dyn Observer,
+) -> Result<Rendering> {
+    settings.check()?;
+    observer.check()?;
+
+    // Place the camera, and everything that depends on the model's size.
+    let mesh = scene.mesh();
+    let bounds = mesh.bounds();
+    let (center, size) = center_and_size(&bounds)?;
+    let bar = ColorBar::new(settings.width, settings.height);
+    let free_right = if settings.shading == Shading::Steps { bar.share() } else { 0.0 };
+    let camera = Camera::with_free_right_side(settings, mesh, &bounds, free_right)?;
+    let world = world(scene, settings, &bounds, size);
+
+    let integrator: Box<dyn Integrator + '_> = match settings.shading {
+        Shading::Clay => {
+            let reach = settings.occlusion_reach * size;
+            Box::new(Clay::new(&world, &camera, reach, settings.occlusion_rays))
+        }
+        Shading::Whitted => Box::new(Whitted {
+            world: &world,
+            lights: if settings.lights.is_empty() {
+                default_lights(&camera, center, size)
+            } else {
+                settings.lights.clone()
+            },
+            background: settings.background,
+            max_depth: settings.max_depth,
+        }),
+        Shading::Normal => Box::new(Normals { world: &world }),
+        Shading::Depth => Box::new(Depth { world: &world, camera: &camera }),
+        Shading::Face => Box::new(FaceColors { world: &world, seed: settings.seed }),
+        Shading::Steps => Box::new(Steps { bar }),
+    };
+    let job = Job { settings, camera: &camera, world: &world, integrator: integrator.as_ref() };
+
+    let mut picture = job.trace(observer)?;
+    integrator.finish(&mut picture);
+    add_backdrop(&mut picture, settings);
+    Ok(picture)
+}
+
+fn world<'a>(scene: &'a Scene, settings: &RenderSettings, bounds: &Aabb, size: f64) -> World<'a> {
+    let mesh = scene.mesh();
+    let up = settings.camera.up;
+    let mut default_material = PLASTER;
+    if mesh.vertex_colors.is_some() {
+        default_material.base_color = [1.0; 4];
+    }
+    let materials: Vec<Material> = mesh.materials.iter().map(tame).collect();
+    let has_clear_material = match settings.material {
+        Some(material) => material.transmission > 0.0,
+        None => materials.iter().any(|material| material.transmission > 0.0),
+    };
+    World {
+        scene,
+        ground: settings.ground.map(|ground| GroundPlane::new(&ground, up, bounds, size)),
+        up: up.vector(),
+        material: settings.material,
+        default_material,
+        materials,
+        has_clear_material,
+        smooth: settings.smooth_angle.map(|angle| SmoothNormals::new(mesh, angle)),
+        srgb: srgb8_table(),
+    }
+}
+
+/// A file's material with every value in its range; NaN becomes the lowest one.
+fn tame(material: &Material) -> Material {
+    let within = |v: f32, lowest: f32, highest: f32| {
+        if v.is_nan() { lowest } else { v.clamp(lowest, highest) }
+    };
+    let unit = |v: f32| within(v, 0.0, 1.0);
+    Material {
+        base_color: material.base_color.map(unit),
+        metallic: unit(material.metallic),
+        roughness: unit(material.roughness),
+        transmission: unit(material.transmission),
+        ior: within(material.ior, 1.0, 10.0),
+    }
+}
+
+struct Job<'a> {
+    settings: &'a RenderSettings,
+    camera: &'a Camera,
+    world: &'a World<'a>,
+    integrator: &'a dyn Integrator,
+}
+
+/// The pixels of a few neighbouring rows, in each layer.
+struct Band<'a> {
+    first_row: usize,
+    color: &'a mut [[f32; 4]],
+    depth: &'a mut [f32],
+    normal: &'a mut [[f32; 3]],
+    face: &'a mut [u32],
+    steps: Option<&'a mut [[f32; 2]]>,
+}
+
+impl Job<'_> {
+    /// Everything but what `finish` adds: colours without the background.
+    fn trace(&self, observer: &dyn Observer) -> Result<Rendering> {
+        let mut picture = blank(self.settings, self.integrator.counts_steps())?;
+        let total = picture.pixel_count() as u64;
+        let done = AtomicU64::new(0);
+        observer.report(Stage::Trace, 0, total);
+        let start = Instant::now();
+        let rays = bands(&mut picture)
+            .into_par_iter()
+            .map(|mut band| {
+                let counts = self.trace_band(&mut band, observer)?;
+                let pixels = band.color.len() as u64;
+                let now_done = done.fetch_add(pixels, Ordering::Relaxed) + pixels;
+                observer.report(Stage::Trace, now_done, total);
+                Ok(counts)
+            })
+            .try_reduce(RayCounts::default, |mut a, b| {
+                a += b;
+                Ok(a)
+            })?;
+        picture.statistics =
+            RenderStatistics { rays, trace_seconds: start.elapsed().as_secs_f64() };
+        Ok(picture)
+    }
+
+    fn trace_band(&self, band: &mut Band, observer: &dyn Observer) -> Result<RayCounts> {
+        let width = self.settings.width as usize;
+        let mut counts = RayCounts::default();
+        for i in 0..band.color.len() {
+            self.trace_pixel(
+                band,
+                i,
+                i % width,
+                band.first_row + i / width,
+                observer,
+                &mut counts,
+            )?;
+        }
+        Ok(counts)
+    }
+
+    fn trace_pixel(
+        &self,
+        band: &mut Band,
+        i: usize,
+        column: usize,
+        row: usize,
+        observer: &dyn Observer,
+        counts: &mut RayCounts,
+    ) -> Result<()> {
+        let mut sampler = Sampler::new(self.settings.seed, column as u32, row as u32);
+        let samples = self.settings.samples;
+        let middle_ray = self.camera.ray(column as f64 + 0.5, row as f64 + 0.5);
+        let mut middle = None;
+        let mut sum = Radiance::NONE;
+        let mut steps = [0.0; 2];
+        for sample in 0..samples {
+            observer.check()?;
+            sampler.sample = sample;
+            let ray = match samples {
+                1 => middle_ray,
+                _ => {
+                    let [x, y] = sampler.square(dimension::PIXEL, 0, 1);
+                    self.camera.ray(column as f64 + x, row as f64 + y)
+                }
+            };
+            counts.primary += 1;
+            let surface = if self.integrator.counts_steps() {
+                let mut counters = RayCounters::default();
+                let surface = self.world.closest_counted(&ray, &mut counters);
+                steps[0] += f64::from(counters.nodes);
+                steps[1] += f64::from(counters.triangles);
+                surface
+            } else {
+                self.world.closest(&ray)
+            };
+            let sighting = Sighting { ray: &ray, surface: surface.as_ref() };
+            let radiance = self.integrator.radiance(&sighting, &sampler, counts);
+            sum.color += radiance.color;
+            sum.alpha += radiance.alpha;
+            middle = surface;
+        }
+        if samples > 1 {
+            counts.primary += 1;
+            middle = self.world.closest(&middle_ray);
+        }
+
+        let count = f64::from(samples);
+        if sum.alpha > 0.0 {
+            let [r, g, b] = (sum.color / sum.alpha).to_array().map(|v| v as f32);
+            band.color[i] = [r, g, b, (sum.alpha / count) as f32];
+        }
+        if let Some(layer) = &mut band.steps {
+            layer[i] = steps.map(|sum| (sum / count) as f32);
+        }
+        if let Some(surface) = middle {
+            band.depth[i] = self.camera.depth(surface.at.point) as f32;
+            band.normal[i] = surface.normal.to_array().map(|v| v as f32);
+            band.face[i] = surface.face;
+        }
+        Ok(())
+    }
+}
+
+/// A picture in which there is nothing.
+fn blank(settings: &RenderSettings, counts_steps: bool) -> Result<Rendering> {
+    let (width, height) = (settings.width, settings.height);
+    let pixels = width as usize * height as usize;
+    Ok(Rendering {
+        width,
+        height,
+        color: layer(pixels, [0.0; 4])?,
+        depth: layer(pixels, f32::INFINITY)?,
+        normal: layer(pixels, [0.0; 3])?,
+        face: layer(pixels, NO_FACE)?,
+        steps: if counts_steps { Some(layer(pixels, [0.0; 2])?) } else { None },
+        statistics: RenderStatistics::default(),
+    })
+}
+
+fn layer<T: Clone>(pixels: usize, value: T) -> Result<Vec<T>> {
+    let mut layer = Vec::new();
+    layer.try_reserve_exact(pixels).map_err(|_| {
+        Error::invalid("resolution", format!("no memory for a picture of {pixels} pixels"))
+    })?;
+    layer.resize(pixels, value);
+    Ok(layer)
+}
+
+fn bands(picture: &mut Rendering) -> Vec<Band<'_>> {
+    let size = picture.width as usize * BAND_ROWS;
+    let mut steps = picture.steps.as_mut().map(|steps| steps.chunks_mut(size));
+    let layers = picture
+        .color
+        .chunks_mut(size)
+        .zip(picture.depth.chunks_mut(size))
+        .zip(picture.normal.chunks_mut(size))
+        .zip(picture.face.chunks_mut(size));
+    layers
+        .enumerate()
+        .map(|(i, (((color, depth), normal), face))| Band {
+            first_row: i * BAND_ROWS,
+            color,
+            depth,
+            normal,
+            face,
+            steps: steps.as_mut().and_then(Iterator::next),
+        })
+        .collect()
+}
+
+/// Puts the background behind what was drawn.
+fn add_backdrop(picture: &mut Rendering, settings: &RenderSettings) {
+    let (width, height) = (f64::from(picture.width), f64::from(picture.height));
+    for (i, pixel) in picture.color.iter_mut().enumerate() {
+        let [column, row] = [i % picture.width as usize, i / picture.width as usize];
+        let x = (2 * column + 1) as f64 / width - 1.0;
+        let y = 1.0 - (2 * row + 1) as f64 / height;
+        let (behind, behind_alpha) = backdrop(&settings.background, x, y);
+        if behind_alpha == 0.0 {
+            continue;
+        }
+        let alpha = pixel[3];
+        for (channel, behind) in behind.to_array().into_iter().enumerate() {
+            pixel[channel] = pixel[channel] * alpha + behind as f32 * (1.0 - alpha);
+        }
+        pixel[3] = 1.0;
+    }
+}
