@@ -33,21 +33,9 @@ pub fn listen() -> std::io::Result<()> {
     })
 }
 
-/// What is half written, to be removed if the work is not given the time to do so.
-static HALF_WRITTEN: Mutex<Option<PathBuf>> = Mutex::new(None);
-
-/// Names the file that is half written from now on.
-pub fn remove_if_killed(path: Option<&Path>) {
-    *HALF_WRITTEN.lock().unwrap_or_else(PoisonError::into_inner) = path.map(Path::to_owned);
-}
-
 /// Ends the process without waiting for the work.
 fn end_now() -> ! {
-    // Held until the end, so that the work cannot go on to another file meanwhile.
-    let half_written = HALF_WRITTEN.lock().unwrap_or_else(PoisonError::into_inner);
-    if let Some(path) = &*half_written {
-        let _ = std::fs::remove_file(path);
-    }
+    halfline::io::abandon_all();
     let mut stderr = std::io::stderr();
     let clear_bar = if stderr.is_terminal() { "\r\x1b[2K" } else { "" };
     let _ = writeln!(stderr, "{clear_bar}halfline: interrupted");

@@ -5,10 +5,9 @@ use std::path::{Path, PathBuf};
 
 use clap::builder::{PathBufValueParser, TypedValueParser};
 use halfline::Error;
-use halfline::io::atomic::AtomicFile;
+use halfline::io::AtomicFile;
 use halfline::progress::Observer;
 
-use crate::interrupt;
 use crate::session::Failure;
 
 /// Understands a path that ends in one of `extensions` (lower case, without the dot).
@@ -58,13 +57,10 @@ pub fn write(
     write: impl FnOnce(&mut Interruptible) -> std::io::Result<()>,
 ) -> halfline::error::Result<()> {
     let mut file = Interruptible { file: AtomicFile::create(path)?, observer };
-    interrupt::remove_if_killed(file.file.temporary_path());
     let outcome = write(&mut file);
     observer.check()?;
     outcome.map_err(|error| Error::io(path, error))?;
-    file.file.commit()?;
-    interrupt::remove_if_killed(None);
-    Ok(())
+    file.file.commit()
 }
 
 /// A file that refuses to be written to once the work should end.
