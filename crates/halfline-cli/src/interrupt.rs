@@ -1,9 +1,7 @@
 //! Ctrl-C: the first asks the work to end, the second ends the process.
 
 use std::io::{IsTerminal, Write};
-use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Mutex, PoisonError};
 use std::time::Duration;
 
 /// What the process answers after it was interrupted: 128 + SIGINT, as shells expect it.

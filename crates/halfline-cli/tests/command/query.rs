@@ -50,7 +50,7 @@ fn hits_have_the_documented_names_shapes_and_values() {
         [("face", &[8]), ("source_face", &[8]), ("t", &[8]), ("uv", &[8, 2])];
     assert_eq!(shapes, expected);
     let inf = f64::INFINITY;
-    assert_eq!(column(&hits, "t").floats(), [2.0, 4.0, inf, inf, inf, inf, inf, 0.5]);
+    assert_eq!(column(&hits, "t").floats(), [2.0, 4.0, inf, inf, inf, inf, inf, 0.375]);
     assert_eq!(column(&hits, "source_face").ints(), [0, 4, -1, -1, -1, -1, -1, 3]);
     let faces = column(&hits, "face").ints();
     // Each square of the cube was cut into two triangles, in order.
@@ -82,7 +82,7 @@ fn all_tells_every_crossing_in_order() {
     assert_eq!((&figures["hits"], &figures["hit_rays"]), (&5.into(), &3.into()));
     let hits = read_npz(&bench.path("hits.npz"));
     assert_eq!(column(&hits, "splits").ints(), [0, 2, 4, 4, 4, 4, 4, 4, 5]);
-    assert_eq!(column(&hits, "t").floats(), [2.0, 4.0, 4.0, 8.0, 0.5]);
+    assert_eq!(column(&hits, "t").floats(), [2.0, 4.0, 4.0, 8.0, 0.375]);
     assert_eq!(column(&hits, "source_face").ints(), [0, 1, 4, 5, 3]);
     assert_eq!(hits["uv"].0, [5, 2]);
 }
@@ -110,7 +110,7 @@ fn every_way_to_store_the_rays_gives_the_same_hits() {
     bench.run("query cube.ply rays.npy -o hits.npz").succeeded();
     let hits = read_npz(&bench.path("hits.npz"));
     let inf = f64::INFINITY;
-    assert_eq!(column(&hits, "t").floats(), [2.0, 4.0, inf, inf, inf, 0.5]);
+    assert_eq!(column(&hits, "t").floats(), [2.0, 4.0, inf, inf, inf, 0.375]);
 }
 
 #[test]
