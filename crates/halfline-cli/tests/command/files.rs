@@ -25,22 +25,23 @@ pub fn write_rays(path: &Path, numbers: &[f64], columns: usize, dtype: &str, ord
         }
     };
     let shape = [rows as u64, columns as u64];
-    let file = File::create(path).unwrap();
+    let mut file = Vec::new();
     let plain = DType::Plain(dtype.parse().unwrap());
     match dtype.ends_with('4') {
         true => {
             let options = WriteOptions::new().dtype(plain).shape(&shape).order(order);
-            let mut writer = options.writer(file).begin_nd().unwrap();
+            let mut writer = options.writer(&mut file).begin_nd().unwrap();
             writer.extend(stored.into_iter().map(|x| x as f32)).unwrap();
             writer.finish().unwrap();
         }
         false => {
             let options = WriteOptions::new().dtype(plain).shape(&shape).order(order);
-            let mut writer = options.writer(file).begin_nd().unwrap();
+            let mut writer = options.writer(&mut file).begin_nd().unwrap();
             writer.extend(stored).unwrap();
             writer.finish().unwrap();
         }
     }
+    std::fs::write(path, file).unwrap();
 }
 
 /// What `halfline query` wrote.
