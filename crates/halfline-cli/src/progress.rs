@@ -17,8 +17,9 @@ use crate::{interrupt, units};
 /// Stages shorter than this leave no trace on a terminal.
 const PATIENCE: Duration = Duration::from_millis(300);
 const FRAME: Duration = Duration::from_millis(80);
-/// How often a log file hears of a long stage.
+/// When a log file first hears of a long stage; then after twice the time, up to [`LONGEST`].
 const LINE: Duration = Duration::from_secs(10);
+const LONGEST: Duration = Duration::from_secs(60);
 /// A guess from less than this is not worth showing.
 const GUESS: Duration = Duration::from_millis(800);
 
@@ -34,6 +35,7 @@ struct Board {
     /// Counts the stages begun; what the drawer draws changes when this does.
     turn: AtomicUsize,
     stage: AtomicUsize,
+    name: Mutex<&'static str>,
     done: AtomicU64,
     total: AtomicU64,
     closed: Mutex<bool>,
@@ -53,8 +55,9 @@ impl Progress {
         Progress { board, drawer }
     }
 
-    /// From here on reports are about `stage`.
-    pub fn begin(&self, stage: Stage) {
+    /// From here on reports are about `stage`, which people know as `name`.
+    pub fn begin(&self, stage: Stage, name: &'static str) {
+        *self.board.name.lock().unwrap_or_else(PoisonError::into_inner) = name;
         self.board.done.store(0, Ordering::Relaxed);
         self.board.total.store(0, Ordering::Relaxed);
         self.board.stage.store(stage as usize, Ordering::Relaxed);
@@ -66,7 +69,7 @@ impl Observer for Progress {
     fn report(&self, stage: Stage, done: u64, total: u64) {
         // A library call may pass through stages that the command did not name.
         if self.board.stage.load(Ordering::Relaxed) != stage as usize {
-            self.begin(stage);
+            self.begin(stage, name(stage));
         }
         self.board.total.store(total, Ordering::Relaxed);
         self.board.done.fetch_max(done, Ordering::Relaxed);
@@ -100,14 +103,7 @@ impl Board {
     }
 
     fn name(&self) -> &'static str {
-        let stages = [
-            (Stage::Load, "load"),
-            (Stage::Build, "build"),
-            (Stage::Trace, "trace"),
-            (Stage::Write, "write"),
-        ];
-        let index = self.stage.load(Ordering::Relaxed);
-        stages.iter().find(|(stage, _)| *stage as usize == index).map_or("", |(_, name)| name)
+        *self.name.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
     fn draw(&self) {
@@ -152,7 +148,7 @@ impl Board {
             if turn == 0 || began.elapsed() < next {
                 continue;
             }
-            next += LINE;
+            next += next.min(LONGEST);
             let (done, total) =
                 (self.done.load(Ordering::Relaxed), self.total.load(Ordering::Relaxed));
             let passed = began.elapsed().as_secs_f64();
@@ -168,8 +164,18 @@ impl Board {
     }
 }
 
+/// What a stage is usually called.
+pub fn name(stage: Stage) -> &'static str {
+    match stage {
+        Stage::Load => "load",
+        Stage::Build => "build",
+        Stage::Trace => "trace",
+        Stage::Write => "write",
+    }
+}
+
 fn bar_style() -> ProgressStyle {
-    ProgressStyle::with_template("  {prefix:<6.cyan.bold} {bar:36.cyan/dim} {percent:>3} %  {left}")
+    ProgressStyle::with_template("  {prefix:<8.cyan.bold} {bar:36.cyan/dim} {percent:>3} %  {left}")
         .expect("the template is a constant")
         .progress_chars("━╸─")
         .with_key("left", |state: &ProgressState, out: &mut dyn std::fmt::Write| {
@@ -180,7 +186,7 @@ fn bar_style() -> ProgressStyle {
 }
 
 fn spinner_style() -> ProgressStyle {
-    ProgressStyle::with_template("  {prefix:<6.cyan.bold} {spinner:.cyan} {passed}")
+    ProgressStyle::with_template("  {prefix:<8.cyan.bold} {spinner:.cyan} {passed}")
         .expect("the template is a constant")
         .with_key("passed", |state: &ProgressState, out: &mut dyn std::fmt::Write| {
             let _ = write!(out, "{}", units::rough_seconds(state.elapsed().as_secs_f64()));

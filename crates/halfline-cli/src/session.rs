@@ -8,7 +8,7 @@ use halfline::{Error, Mesh};
 use serde_json::{Map, Value};
 
 use crate::arguments::GlobalOptions;
-use crate::progress::Progress;
+use crate::progress::{self, Progress};
 use crate::{interrupt, output};
 
 /// Why a subcommand ends without its result.
@@ -57,13 +57,28 @@ impl Session {
         &self.progress
     }
 
+    /// From here on progress is that of `stage`.
+    pub fn begin(&self, stage: Stage) {
+        self.progress.begin(stage, progress::name(stage));
+    }
+
     /// Does `work`, which is `stage`, and tells its result and how many seconds it took.
     pub fn timed<T>(
         &self,
         stage: Stage,
         work: impl FnOnce(&dyn Observer) -> halfline::error::Result<T>,
     ) -> Result<(T, f64), Failure> {
-        self.progress.begin(stage);
+        self.timed_as(stage, progress::name(stage), work)
+    }
+
+    /// [`Session::timed`], for a stage that people know as `name`.
+    pub fn timed_as<T>(
+        &self,
+        stage: Stage,
+        name: &'static str,
+        work: impl FnOnce(&dyn Observer) -> halfline::error::Result<T>,
+    ) -> Result<(T, f64), Failure> {
+        self.progress.begin(stage, name);
         let start = Instant::now();
         let result = work(self.observer())?;
         let seconds = start.elapsed().as_secs_f64();

@@ -49,7 +49,7 @@ fn kind_parser() -> impl TypedValueParser<Value = Kind> {
 /// Makes the mesh.
 pub fn run(options: &Options, session: Session) -> Result<(), Failure> {
     output::check(&options.output, &[])?;
-    let (mesh, generate_seconds) = session.timed(Stage::Load, |observer| {
+    let (mesh, generate_seconds) = session.timed_as(Stage::Load, "generate", |observer| {
         generate::generate(options.kind, options.triangles, options.seed, observer)
     })?;
     let ((), write_seconds) = session

@@ -143,6 +143,7 @@ impl Run<'_> {
         };
         let (mut batch, mut invalid_rays, mut trace_seconds) = (Vec::new(), 0, 0.0);
         let (mut first, ray_count) = (0, self.rays.ray_count());
+        self.session.begin(Stage::Trace);
         loop {
             self.session.observer().check()?;
             self.rays.read(BATCH, &mut batch)?;
