@@ -292,6 +292,24 @@ mod tests {
     }
 
     #[test]
+    fn files_are_listed_for_abandonment_exactly_while_they_are_unfinished() {
+        let folder = tempfile::tempdir().unwrap();
+        // Other tests run at the same time: only this folder's files count.
+        let listed = || {
+            unfinished().iter().filter(|path| path.starts_with(folder.path())).cloned().collect()
+        };
+        let first = AtomicFile::create(&folder.path().join("a")).unwrap();
+        let second = AtomicFile::create(&folder.path().join("b")).unwrap();
+        let both: Vec<PathBuf> = listed();
+        assert!(both.len() == 2 && both.iter().all(|path| path.is_file()), "{both:?}");
+        drop(first);
+        let one: Vec<PathBuf> = listed();
+        assert_eq!(one, both[1..]);
+        second.commit().unwrap();
+        assert_eq!(listed(), Vec::<PathBuf>::new());
+    }
+
+    #[test]
     fn a_folder_or_a_missing_folder_is_refused() {
         let folder = tempfile::tempdir().unwrap();
         let error = AtomicFile::create(folder.path()).unwrap_err().to_string();
