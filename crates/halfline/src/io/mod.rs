@@ -22,7 +22,7 @@ mod tests;
 use std::ffi::OsStr;
 use std::path::Path;
 
-pub use atomic::AtomicFile;
+pub use atomic::{AtomicFile, abandon_all};
 pub use map::Bytes;
 pub use ply::save as save_ply;
 
