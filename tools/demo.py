@@ -10,7 +10,6 @@ import json
 import shlex
 import subprocess
 import sys
-import time
 from pathlib import Path
 from typing import Any
 
@@ -37,21 +36,20 @@ def main() -> None:
     OUT.mkdir(exist_ok=True)
     scan, picture = OUT / "scan.ply", OUT / "scan.png"
 
-    begin = time.perf_counter()
-    run(halfline, "generate", "scan", "-n", str(TRIANGLES), "-o", str(scan))
-    generate_seconds = time.perf_counter() - begin
-    rendered = run(halfline, "render", str(scan), "-o", str(picture))
+    generated = run(halfline, "generate", "scan", "-n", str(TRIANGLES), "-o", str(scan))
+    rendered = run(halfline, "render", str(scan), "-o", str(picture), "--up", "+Z")
 
-    print()
+    print(f"\n{rendered['triangles']:,} triangles")
     stages = {
-        "generate and write the scan": generate_seconds,
+        "generate the scan": generated["generate_seconds"],
+        "write it": generated["write_seconds"],
         "load it": rendered["load_seconds"],
         "build the kd-tree": rendered["build_seconds"],
         "trace": rendered["trace_seconds"],
         "write the picture": rendered["write_seconds"],
     }
     for stage, seconds in stages.items():
-        print(f"{stage:<28}{seconds:8.2f} s")
+        print(f"{stage:<20}{seconds:8.2f} s")
     print(f"{rendered['rays']:,} rays, {rendered['rays_per_second'] / 1e6:.2f} million a second")
     print(f"The picture is {picture.resolve()}")
 
