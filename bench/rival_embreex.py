@@ -10,9 +10,9 @@ import sys
 from pathlib import Path
 from typing import Any
 
-import embreex  # type: ignore[import-not-found,unused-ignore]
+import embreex
 import numpy as np
-import trimesh  # type: ignore[import-not-found,unused-ignore]
+import trimesh
 from rival import Clock, Report, resident_bytes
 
 

@@ -10,7 +10,7 @@ from __future__ import annotations
 import sys
 
 import numpy as np
-import open3d  # type: ignore[import-not-found,unused-ignore]
+import open3d
 from rival import Clock, Report, resident_bytes
 
 

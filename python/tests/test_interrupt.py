@@ -4,21 +4,18 @@ from __future__ import annotations
 
 import signal
 import subprocess
-import sys
 import time
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
-import pytest
 from conftest import Halfline, Judged
-
-pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="Windows has no SIGINT to send")
 
 # What is promised, and a margin for a machine that does much else.
 PATIENCE_SECONDS = 1.0 + 2.0
 
 
-def interrupt_after(seconds: float, command: list[str | Path]) -> tuple[int, str, float]:
+def interrupt_after(seconds: float, command: Sequence[str | Path]) -> tuple[int, str, float]:
     """Starts a command and sends it SIGINT; gives its exit code, stderr, and how long it took."""
     with subprocess.Popen(
         command, stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE
