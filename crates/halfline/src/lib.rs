@@ -1,5 +1,6 @@
 //! halfline casts half-lines (rays) at triangle meshes of any size through a kd-tree.
 
+pub mod brute_force;
 pub mod error;
 pub mod geometry;
 pub mod io;
@@ -7,6 +8,8 @@ pub mod mesh;
 pub mod numeric;
 pub mod progress;
 pub mod scene;
+pub mod textbook;
+pub mod tree;
 
 pub use error::Error;
 pub use geometry::{Aabb, Hit, Ray, Vec3};

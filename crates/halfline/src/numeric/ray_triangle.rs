@@ -1,0 +1,282 @@
+//! The rule that says what "hits" means: one ray against one triangle.
+//!
+//! T. Moller, B. Trumbore 1997 and S. Woop, C. Benthin, I. Wald, "Watertight Ray/Triangle
+//! Intersection", JCGT 2 (2013) decide by the signs of three edge functions. So does this test,
+//! but on the coordinates as given and with exact signs:
+//!
+//! 1. *Does it meet?* The line meets the closed triangle if the three edge functions have no two
+//!    opposite signs. All three zero: the line lies in the triangle's plane, and there is no hit.
+//! 2. *Does it cross?* Where an edge function is zero, the line is moved by an infinitesimal
+//!    (see [`perturbed_sign`]). Of the triangles around a shared edge or vertex this picks each
+//!    crossing once.
+//! 3. *Where?* t is the double nearest to the exact quotient, so it depends on nothing but the
+//!    ray and the triangle, and a point in front of another never gets the larger t.
+//!
+//! Closest and any hit use rule 1, all hits and counts rule 2.
+
+use super::double_double::{DoubleDouble, UNIT_ROUNDOFF};
+use super::edge_function::{
+    Bounded, Orientation, edge_function, exact_edge_function, perturbed_sign,
+};
+use super::expansion::Expansion;
+use crate::geometry::{Hit, Ray, Vec3};
+
+/// A ray, ready for the triangle test.
+#[derive(Clone, Copy, Debug)]
+pub struct PreparedRay {
+    /// Where t is zero.
+    pub origin: Vec3,
+    /// The ray's direction times a power of two, largest component in [2^500, 2^501): products
+    /// with denormal components keep all their bits.
+    direction: Vec3,
+    /// The scaled direction is 2^t_exponent times the given one, and so is t for the given one.
+    t_exponent: i32,
+    /// Smallest t that counts.
+    pub t_min: f64,
+    /// Largest t that counts.
+    pub t_max: f64,
+}
+
+/// Exponent to which directions are scaled: midway between overflow in a product of a direction
+/// with three coordinates of up to 2^100 each and underflow of the smallest denormal's products.
+const DIRECTION_EXPONENT: i32 = 500;
+
+impl PreparedRay {
+    /// `None` if the ray hits nothing by definition; see [`Ray::is_valid`].
+    #[inline]
+    pub fn new(ray: &Ray) -> Option<PreparedRay> {
+        if !ray.is_valid() {
+            return None;
+        }
+        // Scale in two steps: one power of two could overflow.
+        let exponent = DIRECTION_EXPONENT - exponent_of(ray.direction.abs().max_element());
+        let (half, rest) = (exponent / 2, exponent - exponent / 2);
+        let direction = ray.direction * power_of_two(half) * power_of_two(rest);
+        Some(PreparedRay {
+            origin: ray.origin,
+            direction,
+            t_exponent: exponent,
+            t_min: ray.t_min,
+            t_max: ray.t_max,
+        })
+    }
+}
+
+/// 2^exponent for exponents of normal doubles.
+fn power_of_two(exponent: i32) -> f64 {
+    f64::from_bits(((exponent + 1023) as u64) << 52)
+}
+
+/// The largest k with 2^k <= value, for a positive finite value, denormal or not.
+fn exponent_of(value: f64) -> i32 {
+    let (value, shift) =
+        if value < f64::MIN_POSITIVE { (value * power_of_two(54), 54) } else { (value, 0) };
+    (value.to_bits() >> 52) as i32 - 1023 - shift
+}
+
+/// How a ray meets a triangle.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Contact {
+    /// Ray parameter: the double nearest to the exact one.
+    pub t: f64,
+    /// Barycentric weight of the second corner.
+    pub u: f64,
+    /// Barycentric weight of the third corner.
+    pub v: f64,
+    /// True if the line, moved by an infinitesimal, crosses the triangle; a contact that is no
+    /// crossing is one of a border edge or vertex, and counts for closest and any hit only.
+    pub is_crossing: bool,
+    /// From which side.
+    pub orientation: Orientation,
+}
+
+/// Relative error of the edge functions up to which barycentrics are taken from them; beyond, as
+/// on slivers and at grazing angles, they come from exact sums.
+const BARYCENTRIC_ERROR: f64 = 1.0 / (1u64 << 42) as f64;
+
+impl PreparedRay {
+    /// The contact with the closed triangle, if there is one with t in the ray's range.
+    ///
+    /// NaN or infinite corners never hit: every comparison with their edge functions is false,
+    /// and the exact path is not taken for them. Callers keep them out nevertheless.
+    #[inline]
+    pub fn meet(&self, corners: [Vec3; 3]) -> Option<Contact> {
+        // Take the corners relative to the origin and compute the three edge functions.
+        let [a, b, c] = corners.map(|corner| corner - self.origin);
+        let edges = [
+            edge_function(self.direction, b, c),
+            edge_function(self.direction, c, a),
+            edge_function(self.direction, a, b),
+        ];
+
+        // Leave if two certain signs differ: nearly every candidate ends here.
+        let positive = edges.iter().any(|e| e.value > e.error);
+        let negative = edges.iter().any(|e| e.value < -e.error);
+        if positive && negative {
+            return None;
+        }
+        self.meet_likely(corners, edges)
+    }
+
+    /// The rest of [`PreparedRay::meet`], for candidates that no certain pair of signs rules out.
+    fn meet_likely(&self, corners: [Vec3; 3], mut edges: [Bounded; 3]) -> Option<Contact> {
+        if !edges.iter().all(|e| e.error.is_finite()) {
+            return None;
+        }
+
+        // Decide the open signs exactly.
+        let mut signs = [0i8; 3];
+        for i in 0..3 {
+            signs[i] = match edges[i].certain_sign() {
+                Some(sign) => sign,
+                None => {
+                    let exact = self.exact_edge(&corners, i);
+                    edges[i] = Bounded { value: exact.estimate(), error: 0.0 };
+                    exact.sign()
+                }
+            };
+        }
+        let positive = signs.contains(&1);
+        let negative = signs.contains(&-1);
+        if positive == negative {
+            return None;
+        }
+
+        // Compute where, and leave if it is out of range.
+        let t = self.parameter(&corners);
+        if !(self.t_min <= t && t <= self.t_max && t.is_finite()) {
+            return None;
+        }
+
+        let is_crossing = (0..3).all(|i| {
+            let sign = match signs[i] {
+                0 => perturbed_sign(self.direction, corners[(i + 1) % 3], corners[(i + 2) % 3]),
+                sign => sign,
+            };
+            sign == if positive { 1 } else { -1 }
+        });
+        let (u, v) = self.barycentrics(&corners, &edges);
+        let orientation = if positive { Orientation::Back } else { Orientation::Front };
+        Some(Contact { t, u, v, is_crossing, orientation })
+    }
+
+    /// The edge function of the edge opposite to corner `i`.
+    fn exact_edge(&self, corners: &[Vec3; 3], i: usize) -> Expansion {
+        exact_edge_function(self.origin, self.direction, corners[(i + 1) % 3], corners[(i + 2) % 3])
+    }
+
+    /// Weights of the second and third corner: shares of the edge functions in their sum.
+    fn barycentrics(&self, corners: &[Vec3; 3], edges: &[Bounded; 3]) -> (f64, f64) {
+        let sum = (edges[0].value + edges[1].value) + edges[2].value;
+        let error = (edges[0].error + edges[1].error) + edges[2].error;
+        if error <= BARYCENTRIC_ERROR * sum.abs() {
+            return (edges[1].value / sum, edges[2].value / sum);
+        }
+        let exact = [0, 1, 2].map(|i| self.exact_edge(corners, i));
+        let sum = exact[0].plus(&exact[1]).plus(&exact[2]);
+        (exact[1].quotient(&sum), exact[2].quotient(&sum))
+    }
+
+    /// The parameter of the point where the line meets the triangle's plane, correctly rounded:
+    /// `n . (a - origin) / (n . direction)` with the normal `n = (b - a) x (c - a)`.
+    fn parameter(&self, [a, b, c]: &[Vec3; 3]) -> f64 {
+        // Compute numerator and denominator in double-double, and their permanents.
+        let ab = [0, 1, 2].map(|axis| DoubleDouble::difference(b[axis], a[axis]));
+        let ac = [0, 1, 2].map(|axis| DoubleDouble::difference(c[axis], a[axis]));
+        let oa = [0, 1, 2].map(|axis| DoubleDouble::difference(a[axis], self.origin[axis]));
+        let mut numerator = DoubleDouble { high: 0.0, low: 0.0 };
+        let mut denominator = DoubleDouble { high: 0.0, low: 0.0 };
+        let mut numerator_permanent = 0.0;
+        let mut denominator_permanent = 0.0;
+        for axis in 0..3 {
+            let (next, last) = ((axis + 1) % 3, (axis + 2) % 3);
+            let left = ab[next].times(ac[last]);
+            let right = ab[last].times(ac[next]);
+            let normal = left.minus(right);
+            let normal_permanent = left.high.abs() + right.high.abs();
+            numerator = numerator.plus(normal.times(oa[axis]));
+            denominator = denominator.plus(normal.times_double(self.direction[axis]));
+            numerator_permanent += normal_permanent * oa[axis].high.abs();
+            denominator_permanent += normal_permanent * self.direction[axis].abs();
+        }
+
+        // Round the quotient if its error leaves no doubt to which double (Ziv's test).
+        let quotient = numerator.divided_by(denominator);
+        let relative_error = PLANE_ERROR * (numerator_permanent / numerator.high.abs())
+            + PLANE_ERROR * (denominator_permanent / denominator.high.abs())
+            + QUOTIENT_ERROR;
+        let error = relative_error * quotient.high.abs();
+        let lowest = quotient.high + (quotient.low - error);
+        let highest = quotient.high + (quotient.low + error);
+        let t = if lowest == highest && relative_error < MAX_RELATIVE_ERROR {
+            lowest
+        } else {
+            self.exact_parameter([a, b, c])
+        };
+        self.unscale(t)
+    }
+
+    /// [`PreparedRay::parameter`] by exact arithmetic, for the scaled direction.
+    #[cold]
+    fn exact_parameter(&self, [a, b, c]: [&Vec3; 3]) -> f64 {
+        let mut numerator = Expansion::default();
+        let mut denominator = Expansion::default();
+        for axis in 0..3 {
+            let (next, last) = ((axis + 1) % 3, (axis + 2) % 3);
+            let ab = |i: usize| Expansion::difference(b[i], a[i]);
+            let ac = |i: usize| Expansion::difference(c[i], a[i]);
+            let normal = ab(next).times(&ac(last)).minus(&ab(last).times(&ac(next)));
+            let oa = Expansion::difference(a[axis], self.origin[axis]);
+            numerator = numerator.plus(&normal.times(&oa));
+            denominator = denominator.plus(&normal.scaled(self.direction[axis]));
+        }
+        numerator.quotient(&denominator)
+    }
+
+    /// t for the direction as given, from t for the scaled one; +0 for either zero.
+    fn unscale(&self, t: f64) -> f64 {
+        let exponent = self.t_exponent;
+        let (half, rest) = (exponent / 2, exponent - exponent / 2);
+        t * power_of_two(half) * power_of_two(rest) + 0.0
+    }
+}
+
+/// Relative error, in terms of its permanent, of a sum of three products of a 2 x 2 minor and one
+/// more factor in double-double: a product (8 u^2), a difference (3), a product (8), two sums (6),
+/// and the rounding of the permanent itself, generously rounded up to 64 u^2.
+const PLANE_ERROR: f64 = 64.0 * UNIT_ROUNDOFF * UNIT_ROUNDOFF;
+
+/// Relative error of a double-double quotient, 16 u^2, doubled for the products of small errors.
+const QUOTIENT_ERROR: f64 = 32.0 * UNIT_ROUNDOFF * UNIT_ROUNDOFF;
+
+/// Up to here the errors of numerator and denominator may be added to give that of the quotient:
+/// what is left out is their product, far below the doubling in [`QUOTIENT_ERROR`].
+const MAX_RELATIVE_ERROR: f64 = UNIT_ROUNDOFF;
+
+/// The order of hits along a ray: by t, and at equal t by face index.
+#[inline]
+pub fn is_nearer(hit: &Hit, than: &Hit) -> bool {
+    hit.t < than.t || (hit.t == than.t && hit.face < than.face)
+}
+
+/// True if the triangle's corners lie on one line, exactly.
+pub fn is_zero_area([a, b, c]: [Vec3; 3]) -> bool {
+    // A certain component of the normal in doubles settles nearly every triangle.
+    let (ab, ac) = (b - a, c - a);
+    let settled = (0..3).any(|axis| {
+        let (next, last) = ((axis + 1) % 3, (axis + 2) % 3);
+        let (left, right) = (ab[next] * ac[last], ab[last] * ac[next]);
+        (left - right).abs() > MINOR_ERROR * (left.abs() + right.abs())
+    });
+    !settled
+        && (0..3).all(|axis| {
+            let (next, last) = ((axis + 1) % 3, (axis + 2) % 3);
+            let ab = |i: usize| Expansion::difference(b[i], a[i]);
+            let ac = |i: usize| Expansion::difference(c[i], a[i]);
+            ab(next).times(&ac(last)).minus(&ab(last).times(&ac(next))).sign() == 0
+        })
+}
+
+/// Relative error, in terms of the permanent, of a 2 x 2 determinant of rounded differences:
+/// `ccwerrboundA` of Shewchuk's `orient2d`.
+const MINOR_ERROR: f64 = (3.0 + 16.0 * UNIT_ROUNDOFF) * UNIT_ROUNDOFF;

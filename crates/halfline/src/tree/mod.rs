@@ -1,0 +1,52 @@
+//! The kd-tree that the engine walks: nodes, statistics.
+
+mod bounds;
+mod node;
+mod statistics;
+
+pub use bounds::Bounds;
+pub use node::{Children, Node, NodeKind, Split};
+pub use statistics::TreeStatistics;
+
+use crate::numeric::Frame;
+
+/// No leaf lies deeper than this below the root: the builder's promise, which sizes the stacks.
+pub const MAX_DEPTH: usize = 128;
+
+/// Leaves hold at most this many triangles: one block of the machine's vector unit.
+pub const BLOCK_SIZE: usize = 8;
+
+/// A kd-tree over the triangles of a mesh.
+///
+/// Near the root, nodes are kd cells: planes of the surface-area heuristic cut space, and
+/// triangles that reach through a plane are referenced on both sides. Inside the last cells
+/// triangles are grouped without cutting, into leaves of at most [`BLOCK_SIZE`]. Every node knows
+/// the tight box of what its cell holds, so empty space needs no cells of its own.
+#[derive(Clone, Debug)]
+pub struct KdTree {
+    /// Maps user coordinates to those of the nodes' boxes.
+    pub frame: Frame,
+    /// The root; a leaf of no triangles for an empty mesh.
+    pub root: Node,
+    /// All other nodes, as pairs of siblings, depth first.
+    pub children: Vec<Children>,
+    /// Face indices; each leaf names a range of them.
+    pub references: Vec<u32>,
+    /// Faces left out since their three corners lie on one line.
+    pub skipped_zero_area: usize,
+    /// Faces left out since a coordinate is NaN or infinite.
+    pub skipped_non_finite: usize,
+}
+
+impl KdTree {
+    /// The faces of a leaf.
+    #[inline]
+    pub fn faces(&self, first: u32, count: u32) -> &[u32] {
+        &self.references[first as usize..first as usize + count as usize]
+    }
+
+    /// Bytes of the nodes and references.
+    pub fn bytes(&self) -> usize {
+        size_of_val(&self.children[..]) + size_of_val(&self.references[..])
+    }
+}

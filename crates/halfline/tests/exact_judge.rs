@@ -1,0 +1,237 @@
+//! The triangle test against exact rational arithmetic that shares no code with it.
+
+use halfline::numeric::PreparedRay;
+use halfline::{Ray, Vec3};
+use num_rational::BigRational;
+use num_traits::{Signed, ToPrimitive, Zero};
+use proptest::prelude::*;
+
+type Q = BigRational;
+type Point = [Q; 3];
+
+fn exact(v: Vec3) -> Point {
+    v.to_array().map(|x| Q::from_float(x).expect("finite"))
+}
+
+fn minus(a: &Point, b: &Point) -> Point {
+    [&a[0] - &b[0], &a[1] - &b[1], &a[2] - &b[2]]
+}
+
+fn cross(a: &Point, b: &Point) -> Point {
+    [&a[1] * &b[2] - &a[2] * &b[1], &a[2] * &b[0] - &a[0] * &b[2], &a[0] * &b[1] - &a[1] * &b[0]]
+}
+
+fn dot(a: &Point, b: &Point) -> Q {
+    &a[0] * &b[0] + &a[1] * &b[1] + &a[2] * &b[2]
+}
+
+/// The exact t, u, v of the line's meeting with the closed triangle: solves
+/// origin + t direction = a + u (b - a) + v (c - a) by Cramer's rule.
+fn judge(ray: &Ray, corners: [Vec3; 3]) -> Option<[Q; 3]> {
+    let (origin, direction) = (exact(ray.origin), exact(ray.direction));
+    let [a, b, c] = corners.map(exact);
+    let (ab, ac, ao) = (minus(&b, &a), minus(&c, &a), minus(&origin, &a));
+    let determinant = -dot(&direction, &cross(&ab, &ac));
+    if determinant.is_zero() {
+        return None;
+    }
+    let t = dot(&ao, &cross(&ab, &ac)) / &determinant;
+    let u = -dot(&direction, &cross(&ao, &ac)) / &determinant;
+    let v = -dot(&direction, &cross(&ab, &ao)) / &determinant;
+    let w = Q::from_integer(1.into()) - &u - &v;
+    (!u.is_negative() && !v.is_negative() && !w.is_negative()).then_some([t, u, v])
+}
+
+/// Fails unless the test under trial agrees: the same verdict, t to the bit, u and v to 2^-40.
+fn check(ray: Ray, corners: [Vec3; 3]) -> Result<(), TestCaseError> {
+    let found = PreparedRay::new(&ray).and_then(|r| r.meet(corners));
+    let expected = judge(&ray, corners).filter(|[t, ..]| {
+        // t is compared with the range after rounding, as documented.
+        let t = nearest_double(t);
+        ray.t_min <= t && t <= ray.t_max
+    });
+    match (found, expected) {
+        (None, None) => {}
+        (Some(contact), Some([t, u, v])) => {
+            prop_assert_eq!(contact.t, nearest_double(&t), "t of {:?} {:?}", ray, corners);
+            for (got, want) in [(contact.u, u), (contact.v, v)] {
+                let want = nearest_double(&want);
+                prop_assert!((got - want).abs() <= 1e-12, "{} for {}", got, want);
+            }
+        }
+        (found, expected) => prop_assert!(
+            false,
+            "{:?} {:?}: found {:?}, but exactly it is {:?}",
+            ray,
+            corners,
+            found,
+            expected.map(|e| e.map(|x| nearest_double(&x)))
+        ),
+    }
+    Ok(())
+}
+
+/// Round to nearest, ties to even, by bisection over exact comparisons.
+fn nearest_double(value: &Q) -> f64 {
+    if value.is_zero() {
+        return 0.0;
+    }
+    let rough = value.to_f64().expect("in range");
+    let mut best = rough;
+    for _ in 0..4 {
+        for candidate in [best.next_down(), best.next_up()] {
+            let distance = |x: f64| (Q::from_float(x).expect("finite") - value).abs();
+            let (new, old) = (distance(candidate), distance(best));
+            if new < old || (new == old && candidate.to_bits() & 1 == 0) {
+                best = candidate;
+            }
+        }
+    }
+    best
+}
+
+fn grid_point(range: i32) -> impl Strategy<Value = Vec3> {
+    (-range..=range, -range..=range, -range..=range)
+        .prop_map(|(x, y, z)| Vec3::from([f64::from(x), f64::from(y), f64::from(z)]))
+}
+
+fn any_point() -> impl Strategy<Value = Vec3> {
+    prop::array::uniform3(-1.0..1.0).prop_map(Vec3::from)
+}
+
+/// A weight for corners: often zero, so that aimed rays pass through edges and vertices.
+fn weight() -> impl Strategy<Value = f64> {
+    prop_oneof![Just(0.0), Just(0.5), Just(1.0), 0.0..1.0]
+}
+
+fn nudge(x: f64, steps: i32) -> f64 {
+    (0..steps.abs()).fold(x, |x, _| if steps > 0 { x.next_up() } else { x.next_down() })
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 4000, ..ProptestConfig::default() })]
+
+    #[test]
+    fn coarse_grid(o in grid_point(2), d in grid_point(2), a in grid_point(2), b in grid_point(2), c in grid_point(2), t_min in -2..1i32) {
+        prop_assume!(d != Vec3::ZERO);
+        check(Ray::with_range(o, d, f64::from(t_min), 3.0), [a, b, c])?;
+    }
+
+    #[test]
+    fn aimed_at_edges_and_vertices(
+        o in any_point(), a in any_point(), b in any_point(), c in any_point(),
+        wa in weight(), wb in weight(), wc in weight(), steps in prop::array::uniform3(-4..=4i32),
+        offset in prop_oneof![Just(0.0), Just(500_000.0), Just(1e7)],
+    ) {
+        let sum = wa + wb + wc;
+        prop_assume!(sum > 0.0);
+        let shift = Vec3::splat(offset);
+        let [o, a, b, c] = [o + shift, a + shift, b + shift, c + shift];
+        let target = a * (wa / sum) + b * (wb / sum) + c * (wc / sum);
+        let d = target - o;
+        let d = Vec3::from([nudge(d.x, steps[0]), nudge(d.y, steps[1]), nudge(d.z, steps[2])]);
+        prop_assume!(d != Vec3::ZERO);
+        check(Ray::new(o, d), [a, b, c])?;
+    }
+
+    #[test]
+    fn slivers_and_grazing_rays(
+        o in any_point(), a in any_point(), b in any_point(), along in 0.0..1.0f64, off in any_point(),
+        thinness in prop_oneof![Just(0.0), Just(1e-6), Just(1e-12), Just(1e-16)],
+        aim in 0.0..1.0f64, tilt in any_point(), tilt_size in prop_oneof![Just(1e-3), Just(1e-9), Just(1e-15)],
+    ) {
+        let c = a * (1.0 - along) + b * along + off * thinness;
+        let d = a * (1.0 - aim) + b * aim - o;
+        check(Ray::new(o, d), [a, b, c])?;
+        check(Ray::new(a + tilt * tilt_size, b - a), [a, b, c])?;
+    }
+
+    #[test]
+    fn powers_of_two_change_nothing(
+        o in any_point(), a in any_point(), b in any_point(), c in any_point(), d in any_point(),
+        size in -100..=100i32, speed in -900..=900i32,
+    ) {
+        prop_assume!(d != Vec3::ZERO);
+        let scale = 2f64.powi(size);
+        let corners = [a * scale, b * scale, c * scale];
+        let plain = PreparedRay::new(&Ray::new(o, d)).and_then(|r| r.meet([a, b, c]));
+        let scaled = PreparedRay::new(&Ray::new(o * scale, d * 2f64.powi(speed)))
+            .and_then(|r| r.meet(corners));
+        prop_assert_eq!(plain.is_some(), scaled.is_some());
+        if let (Some(p), Some(s)) = (plain, scaled) {
+            prop_assert_eq!((p.t, p.u, p.v), (s.t * 2f64.powi(speed - size), s.u, s.v));
+        }
+    }
+}
+
+#[test]
+fn directions_with_denormal_components_are_ordinary() {
+    // So near that even the smallest direction reaches it at a t that a double can hold.
+    let near = 1e-20;
+    let corners = [[-1.0, -1.0, near], [1.0, -1.0, near], [0.0, 1.0, near]].map(Vec3::from);
+    let tiny = 5e-324;
+    for direction in [[tiny, 0.0, 1.0], [0.0, -tiny, 1.0], [-0.0, 0.0, tiny], [tiny, tiny, tiny]] {
+        check(Ray::new(Vec3::ZERO, direction.into()), corners).expect("agrees with the judge");
+    }
+}
+
+#[test]
+fn invalid_rays_hit_nothing() {
+    let up = Vec3::from([0.0, 0.0, 1.0]);
+    let nan = Vec3::from([f64::NAN, 0.0, 0.0]);
+    for ray in [
+        Ray::new(nan, up),
+        Ray::new(Vec3::ZERO, nan),
+        Ray::new(Vec3::ZERO, Vec3::ZERO),
+        Ray::new(Vec3::ZERO, Vec3::from([0.0, f64::INFINITY, 0.0])),
+        Ray::with_range(Vec3::ZERO, up, 2.0, 1.0),
+        Ray::with_range(Vec3::ZERO, up, f64::NAN, 1.0),
+    ] {
+        assert!(PreparedRay::new(&ray).is_none(), "{ray:?}");
+    }
+}
+
+/// Every line through a closed surface crosses it an even number of times, and each shared edge
+/// or vertex once: on a cube's surface cut into a grid, from the inside, along all directions of
+/// a coarse grid, so that most rays pass through edges and vertices.
+#[test]
+fn crossings_of_a_closed_surface_have_the_right_parity() {
+    // Each side of the cube [-2, 2]^3 as 4 x 4 squares, each cut in two.
+    let mut triangles = Vec::new();
+    for axis in 0..3 {
+        for side in [-2.0, 2.0] {
+            for i in -2..2 {
+                for j in -2..2 {
+                    let corner = |di: i32, dj: i32| {
+                        let mut p = Vec3::ZERO;
+                        p[axis] = side;
+                        p[(axis + 1) % 3] = f64::from(i + di);
+                        p[(axis + 2) % 3] = f64::from(j + dj);
+                        p
+                    };
+                    triangles.push([corner(0, 0), corner(1, 0), corner(1, 1)]);
+                    triangles.push([corner(0, 0), corner(1, 1), corner(0, 1)]);
+                }
+            }
+        }
+    }
+    let range = -3..=3i32;
+    let mut tried = 0;
+    for (x, y, z) in range.clone().flat_map(|x| {
+        let range = range.clone();
+        range.clone().flat_map(move |y| range.clone().map(move |z| (x, y, z)))
+    }) {
+        let direction = Vec3::from([f64::from(x), f64::from(y), f64::from(z)]);
+        for origin in [[0.0; 3], [1.0, 0.0, 0.0], [1.0, -1.0, 1.0], [0.5, 0.5, 0.0]].map(Vec3::from)
+        {
+            let Some(ray) = PreparedRay::new(&Ray::new(origin, direction)) else { continue };
+            let crossings = triangles
+                .iter()
+                .filter(|corners| ray.meet(**corners).is_some_and(|c| c.is_crossing))
+                .count();
+            assert_eq!(crossings, 1, "from {origin:?} along {direction:?}");
+            tried += 1;
+        }
+    }
+    assert_eq!(tried, 342 * 4);
+}
