@@ -165,9 +165,9 @@ def find_rivals() -> tuple[list[Rival], dict[str, str]]:
     return found, missing
 
 
-def write_rays(bounds: Figures, stem: Path, side: int) -> dict[str, Path]:
+def write_rays(bounds: list[list[float]], stem: Path, side: int) -> dict[str, Path]:
     """Camera rays and random rays about a box, `side` squared of each, in single precision."""
-    low, high = np.array(bounds["min"]), np.array(bounds["max"])
+    low, high = np.array(bounds)
     center, diagonal = (low + high) / 2, float(np.linalg.norm(high - low))
 
     # A pinhole at three quarters, a little above, that sees the whole box.
@@ -309,7 +309,7 @@ def compare(
                 runs.pop(tool.name, None)
                 print(f"{mesh}: {tool.name} failed: {error}")
     figures = {name: summary(found) for name, found in runs.items()}
-    figures["halfline"]["tree_bytes"] = info["bytes_per_triangle"] * info["triangles"]
+    figures["halfline"]["tree_bytes"] = info["tree"]["bytes"]
     print_figures(mesh, info["triangles"], options.side**2, figures)
 
     hits = {kind: path for run in runs["halfline"] for kind, path in run["faces"].items()}

@@ -14,8 +14,20 @@ def test_json_describes_mesh_and_tree(halfline: Halfline, judged: Judged) -> Non
     info = halfline.json("info", judged.path)
     assert info["triangles"] == len(judged.shape.faces)
     assert info["skipped"] == 0
-    np.testing.assert_array_equal(info["bounds"]["min"], judged.shape.vertices.min(axis=0))
-    np.testing.assert_array_equal(info["bounds"]["max"], judged.shape.vertices.max(axis=0))
+    low, high = info["bounds"]
+    np.testing.assert_array_equal(low, judged.shape.vertices.min(axis=0))
+    np.testing.assert_array_equal(high, judged.shape.vertices.max(axis=0))
+    tree = info["tree"]
+    assert tree["references"] >= info["triangles"]
+    assert tree["references_per_triangle"] == tree["references"] / info["triangles"]
+    assert tree["bytes_per_triangle"] == tree["bytes"] / info["triangles"]
+    assert sum(tree["leaves_by_size"]) == tree["leaves"]
+    assert tree["leaves_by_size"][0] == tree["empty_leaves"]
+    sizes = enumerate(tree["leaves_by_size"])
+    assert sum(size * leaves for size, leaves in sizes) == tree["references"]
+    assert tree["depth"] > 0
+    assert tree["sah_cost"] > 0
+    assert info["build_seconds"] > 0
 
 
 def test_a_person_reads_the_same(halfline: Halfline, judged: Judged) -> None:
@@ -40,7 +52,7 @@ def test_degenerate_triangles_are_counted_and_left_out(
     info = halfline.json("info", mesh)
     assert info["triangles"] == 4
     assert info["skipped"] == 3
-    assert info["bounds"]["max"] == [2.0, 1.0, 0.0]
+    assert info["bounds"][1] == [2.0, 1.0, 0.0]
     ray = np.array([[0.2, 0.2, 1.0, 0.0, 0.0, -1.0]])
     assert halfline.query(mesh, ray, tmp_path)["face"].tolist() == [0]
 

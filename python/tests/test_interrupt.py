@@ -5,7 +5,6 @@ from __future__ import annotations
 import signal
 import subprocess
 import time
-from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
@@ -15,7 +14,7 @@ from conftest import Halfline, Judged
 PATIENCE_SECONDS = 1.0 + 2.0
 
 
-def interrupt_after(seconds: float, command: Sequence[str | Path]) -> tuple[int, str, float]:
+def interrupt_after(seconds: float, command: list[str | Path]) -> tuple[int, str, float]:
     """Starts a command and sends it SIGINT; gives its exit code, stderr, and how long it took."""
     with subprocess.Popen(
         command, stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE
@@ -31,7 +30,7 @@ def interrupt_after(seconds: float, command: Sequence[str | Path]) -> tuple[int,
 def test_a_render_can_be_interrupted(halfline: Halfline, judged: Judged, tmp_path: Path) -> None:
     picture = tmp_path / "picture.png"
     size = ["--resolution", "2000,2000", "--samples", "4096"]
-    command = [halfline.binary, "render", judged.path, "-o", picture, *size]
+    command: list[str | Path] = [halfline.binary, "render", judged.path, "-o", picture, *size]
     code, stderr, seconds = interrupt_after(1.0, command)
     assert code == 130
     assert seconds < PATIENCE_SECONDS
@@ -45,7 +44,7 @@ def test_an_interrupted_render_leaves_the_old_picture(
     picture = tmp_path / "picture.png"
     picture.write_bytes(b"old")
     size = ["--resolution", "2000,2000", "--samples", "4096"]
-    command = [halfline.binary, "render", judged.path, "-o", picture, *size]
+    command: list[str | Path] = [halfline.binary, "render", judged.path, "-o", picture, *size]
     code, _, _ = interrupt_after(0.5, command)
     assert code == 130
     assert picture.read_bytes() == b"old"
