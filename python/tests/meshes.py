@@ -58,6 +58,23 @@ def bumpy_sphere(rows: int = 24, columns: int = 48) -> Shape:
     return Shape(vertices, np.array(faces, dtype=np.int64))
 
 
+def gridded_cube(cells: int) -> Shape:
+    """The closed surface of the cube [0, cells]^3, with a vertex at every whole coordinate.
+
+    Each unit square is cut along one diagonal or the other, as on a chessboard.
+    """
+    corners: dict[tuple[int, ...], int] = {}
+    faces = []
+    for axis in range(3):
+        for side in (0, cells):
+            for x, y in np.ndindex(cells, cells):
+                square = [(x, y), (x + 1, y), (x + 1, y + 1), (x, y + 1)]
+                points = [tuple(np.roll([side, *p], axis).tolist()) for p in square]
+                a, b, c, d = (corners.setdefault(p, len(corners)) for p in points)
+                faces += [(a, b, c), (a, c, d)] if (x + y) % 2 else [(a, b, d), (b, c, d)]
+    return Shape(np.array(list(corners), dtype=float), np.array(faces, dtype=np.int64))
+
+
 def random_rays(count: int, seed: int) -> Floats:
     """Rays from the shell around the unit ball to points within it: (n, 6), directions unscaled."""
     random = np.random.default_rng(seed)

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 from conftest import Halfline, Judged
-from meshes import Shape, bumpy_sphere, write_obj, write_off, write_ply, write_stl
+from meshes import Shape, bumpy_sphere, gridded_cube, write_obj, write_off, write_ply, write_stl
 from moeller_trumbore import crossings
 
 ENGINES = ["fast", "textbook", "brute"]
@@ -151,6 +151,36 @@ def test_all_gives_every_crossing_in_order(
     np.testing.assert_array_equal(answer["face"][ours], expected.face[theirs])
     np.testing.assert_allclose(answer["t"][ours], expected.t[theirs], rtol=1e-12)
     np.testing.assert_allclose(answer["uv"][ours], expected.uv[theirs], atol=1e-9)
+
+
+def rays_at_vertices_and_edges(cells: int) -> np.ndarray[Any, Any]:
+    """Rays from outside the gridded cube, exactly through its vertices, edges and diagonals.
+
+    Everything is a small multiple of a half, so that no coordinate of theirs is rounded.
+    """
+    steps = np.arange(0.5, cells, 0.5)
+    targets = np.stack(np.meshgrid(steps, steps, steps), axis=-1).reshape(-1, 3)
+    directions = np.array([[1, 0, 0], [0, -1, 0], [0, 0, 1], [1, 1, 0], [1, -1, 1], [-2, 1, 0]])
+    origins = targets[:, None, :] - 64.0 * directions[None, :, :]
+    return np.hstack([origins.reshape(-1, 3), np.tile(directions, (len(targets), 1))])
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+def test_no_ray_slips_through_an_edge_or_a_vertex(
+    halfline: Halfline, tmp_path: Path, engine: str
+) -> None:
+    cells = 4
+    mesh = write_ply(tmp_path / "cube.ply", gridded_cube(cells))
+    rays = rays_at_vertices_and_edges(cells)
+    closest = halfline.query(mesh, rays, tmp_path, "--engine", engine)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        walls = (np.array([[[0.0]], [[cells]]]) - rays[:, :3]) / rays[:, 3:]
+    # A ray is in the cube once it is within all three slabs.
+    entry = np.where(rays[:, 3:] == 0, -np.inf, walls.min(axis=0)).max(axis=1)
+    np.testing.assert_array_equal(closest["t"], entry)
+
+    every = halfline.query(mesh, rays, tmp_path, "--engine", engine, "--all")
+    np.testing.assert_array_equal(np.diff(every["splits"]), 2)
 
 
 def test_no_rays_give_empty_arrays(halfline: Halfline, judged: Judged, tmp_path: Path) -> None:
