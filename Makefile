@@ -11,6 +11,10 @@ PYTHON_SOURCES := bench python tools
 target_dir = $(shell cargo metadata --no-deps --locked --format-version 1 \
 	| sed -n 's/.*"target_directory":"\([^"]*\)".*/\1/p')
 
+# The libraries alone: the command's page would overwrite that of the library of the same name.
+DOC := RUSTDOCFLAGS="-D warnings" cargo doc --locked --no-deps \
+	--package halfline --package halfline-render
+
 # How many rays `make test-long` sends through every engine, in all.
 LONG_RAYS := 2000000
 
@@ -45,10 +49,11 @@ test-long: rust ## compare the engines on 2 million rays instead of a tenth of a
 	HALFLINE_TEST_RAYS=$(LONG_RAYS) cargo test --release --locked --workspace
 
 .PHONY: lint
-lint: venv ## check format, warnings, import arrows, types
+lint: venv ## check format, warnings, reference, import arrows, types
 	@tools/check_rust.sh fmt clippy
 	cargo fmt --all --check
 	cargo clippy --locked --workspace --all-targets -- -D warnings -D clippy::undocumented_unsafe_blocks
+	$(DOC)
 	$(VENV)/bin/python tools/import_arrows.py
 	$(VENV)/bin/ruff check $(PYTHON_SOURCES)
 	$(VENV)/bin/ruff format --check $(PYTHON_SOURCES)
@@ -64,7 +69,7 @@ bench: release venv data ## compare with trimesh + embreex and Open3D
 
 .PHONY: docs
 docs: rust ## build the library's reference
-	RUSTDOCFLAGS="-D warnings" cargo doc --locked --workspace --no-deps
+	$(DOC)
 	@echo "$(target_dir)/doc/halfline/index.html"
 
 .PHONY: lock
