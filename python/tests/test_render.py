@@ -14,9 +14,9 @@ from PIL import Image
 
 SIZE = ("--resolution", "120,90")
 
-# Straight from above, parallel rays, one pixel a hundredth of a unit wide.
+# Straight from above, parallel rays, one pixel a fortieth of a unit wide.
 ABOVE = (
-    "--resolution=200,150",
+    "--resolution=80,60",
     "--samples=1",
     "--camera-position=0.013,0.027,5",
     "--camera-focal-point=0.013,0.027,0",
@@ -92,16 +92,16 @@ def test_the_layers_of_an_exr_are_right(halfline: Halfline, judged: Judged, tmp_
     with OpenEXR.File(str(picture), separate_channels=True) as file:
         layers = {name: channel.pixels.copy() for name, channel in file.channels().items()}
     assert {"R", "G", "B", "A", "Z", "N.X", "N.Y", "N.Z", "id"} <= set(layers)
-    assert {layer.shape for layer in layers.values()} == {(150, 200)}
+    assert {layer.shape for layer in layers.values()} == {(60, 80)}
     assert layers["id"].dtype == np.uint32
 
-    x = 0.013 + (np.arange(200) + 0.5 - 100) / 100
-    y = 0.027 - (np.arange(150) + 0.5 - 75) / 100
-    rays = np.zeros((150, 200, 6))
+    x = 0.013 + (np.arange(80) + 0.5 - 40) / 40
+    y = 0.027 - (np.arange(60) + 0.5 - 30) / 40
+    rays = np.zeros((60, 80, 6))
     rays[..., 0], rays[..., 1] = np.meshgrid(x, y)
     rays[..., 2], rays[..., 5] = 5.0, -1.0
     found = crossings(judged.shape, rays.reshape(-1, 6))
-    face, t = found.closest(150 * 200)
+    face, t = found.closest(60 * 80)
     sure = ~found.unsure
     hit = sure & (face >= 0)
     assert 0.5 < hit.mean() < 0.99
@@ -140,5 +140,5 @@ def test_vertex_colours_are_seen(halfline: Halfline, tmp_path: Path) -> None:
     mesh.write_text("\n".join([*header, *corners, "4 0 1 2 3"]) + "\n", encoding="utf-8")
     picture = tmp_path / "picture.png"
     halfline.ok("render", mesh, "-o", picture, *ABOVE)
-    red, green, blue, _ = pixels_of(picture)[75, 100].tolist()
+    red, green, blue, _ = pixels_of(picture)[30, 40].tolist()
     assert red > 2 * max(green, blue)
