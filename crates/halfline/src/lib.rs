@@ -1,6 +1,7 @@
 //! halfline casts half-lines (rays) at triangle meshes of any size through a kd-tree.
 
 pub mod brute_force;
+pub mod build;
 pub mod error;
 pub mod geometry;
 pub mod io;
@@ -9,6 +10,7 @@ pub mod numeric;
 pub mod progress;
 pub mod scene;
 pub mod textbook;
+pub mod traverse;
 pub mod tree;
 
 pub use error::Error;

@@ -5,7 +5,7 @@ use crate::error::{Error, Result};
 /// The long stages of the work.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Stage {
-    /// Reading a mesh file.
+    /// Reading a mesh file, or generating a mesh.
     Load,
     /// Building the kd-tree.
     Build,

@@ -1,52 +1,76 @@
 //! What users hold: a mesh with its tree, and the questions one can ask it.
 
-use rayon::prelude::*;
+use std::time::{Duration, Instant};
 
+use crate::build::{self, BuildParameters};
 use crate::error::Result;
 use crate::geometry::{Hit, Ray};
 use crate::mesh::Mesh;
-use crate::progress::{Observer, Silent, Stage};
-
-/// What casting one ray cost.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct RayCounters {
-    /// Tree nodes visited, leaves included.
-    pub nodes: u32,
-    /// Leaves visited.
-    pub leaves: u32,
-    /// Triangles tested.
-    pub triangles: u32,
-}
-
-/// Every hit of each ray of a batch, in compressed sparse rows: the hits of ray i are
-/// `hits[splits[i]..splits[i + 1]]`, sorted by t and then by face.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct AllHits {
-    /// One more entry than there are rays.
-    pub splits: Vec<usize>,
-    /// The hits.
-    pub hits: Vec<Hit>,
-}
+use crate::progress::{Observer, Silent};
+use crate::traverse::{self, AllCrossings, AnyHit, ClosestHit, walk};
+pub use crate::traverse::{AllHits, RayCounters};
+use crate::tree::{KdTree, TreeStatistics};
 
 /// A mesh and the kd-tree over it.
+///
+/// All questions may be asked from many threads at once. What counts as a hit is defined in
+/// [`numeric`](crate::numeric); a ray that is not [valid](Ray::is_valid) hits nothing.
 pub struct Scene {
     mesh: Mesh,
+    tree: KdTree,
+    build_time: Duration,
 }
 
 impl Scene {
     /// Builds the tree over `mesh` with default parameters.
+    ///
+    /// # Errors
+    /// [`Error::Invalid`](crate::Error::Invalid) for a mesh of more than 2^29 triangles.
     pub fn new(mesh: Mesh) -> Result<Scene> {
         Scene::build(mesh, &Silent)
     }
 
-    /// Builds the tree over `mesh`, reporting [`Stage::Build`] to `observer`.
-    pub fn build(mesh: Mesh, _observer: &dyn Observer) -> Result<Scene> {
-        Ok(Scene { mesh })
+    /// The same, reporting [`Stage::Build`](crate::progress::Stage::Build) to `observer`.
+    ///
+    /// # Errors
+    /// As [`Scene::new`], and [`Error::Interrupted`](crate::Error::Interrupted).
+    pub fn build(mesh: Mesh, observer: &dyn Observer) -> Result<Scene> {
+        Scene::build_with(mesh, &BuildParameters::default(), observer)
+    }
+
+    /// The same with parameters.
+    ///
+    /// # Errors
+    /// As [`Scene::build`], and [`Error::Invalid`](crate::Error::Invalid) for parameters out of
+    /// range.
+    pub fn build_with(
+        mesh: Mesh,
+        parameters: &BuildParameters,
+        observer: &dyn Observer,
+    ) -> Result<Scene> {
+        let start = Instant::now();
+        let tree = build::build(&mesh, parameters, observer)?;
+        Ok(Scene { mesh, tree, build_time: start.elapsed() })
     }
 
     /// The mesh.
     pub fn mesh(&self) -> &Mesh {
         &self.mesh
+    }
+
+    /// The tree.
+    pub fn tree(&self) -> &KdTree {
+        &self.tree
+    }
+
+    /// The tree's figures; counts through the whole tree.
+    pub fn tree_statistics(&self) -> TreeStatistics {
+        self.tree.statistics(self.mesh.triangle_count())
+    }
+
+    /// How long the tree took to build.
+    pub fn build_time(&self) -> Duration {
+        self.build_time
     }
 
     /// The hit with the smallest t of one ray; of equal ones that with the lowest face index.
@@ -56,50 +80,69 @@ impl Scene {
 
     /// [`Scene::closest`], adding what it cost to `counters`.
     pub fn closest_counted(&self, ray: &Ray, counters: &mut RayCounters) -> Hit {
-        // PLACEHOLDER until the tree lands.
-        let mut best = Hit::MISS;
-        for face in 0..self.mesh.triangle_count() as u32 {
-            counters.triangles += 1;
-            let [a, b, c] = self.mesh.corners(face);
-            let (e1, e2) = (b - a, c - a);
-            let p = ray.direction.cross(e2);
-            let det = e1.dot(p);
-            let s = ray.origin - a;
-            let u = s.dot(p) / det;
-            let q = s.cross(e1);
-            let v = ray.direction.dot(q) / det;
-            let t = e2.dot(q) / det;
-            if u >= 0.0
-                && v >= 0.0
-                && u + v <= 1.0
-                && t >= ray.t_min
-                && t <= ray.t_max
-                && t < best.t
-            {
-                best = Hit { t, face, u, v };
-            }
-        }
-        best
+        let mut closest = ClosestHit(Hit::MISS);
+        walk(&self.tree, &self.mesh, ray, &mut closest, counters);
+        closest.0
     }
 
     /// True if one ray hits anything.
     pub fn any(&self, ray: &Ray) -> bool {
-        self.closest(ray).is_hit()
+        let mut any = AnyHit(false);
+        walk(&self.tree, &self.mesh, ray, &mut any, &mut RayCounters::default());
+        any.0
     }
 
-    /// The closest hit of each ray, in parallel; the result does not depend on the threads.
+    /// Appends every crossing of one ray to `hits`, sorted by t and then by face.
+    pub fn all(&self, ray: &Ray, hits: &mut Vec<Hit>) {
+        let mut all = AllCrossings::appending_to(hits);
+        walk(&self.tree, &self.mesh, ray, &mut all, &mut RayCounters::default());
+        all.finish();
+    }
+
+    /// The closest hit of each ray, in parallel.
     pub fn intersect(&self, rays: &[Ray]) -> Vec<Hit> {
-        rays.par_iter().map(|ray| self.closest(ray)).collect()
+        unobserved(self.intersect_observed(rays, &Silent))
     }
 
-    /// [`Scene::intersect`], reporting [`Stage::Trace`] in rays to `observer`.
+    /// [`Scene::intersect`], reporting [`Stage::Trace`](crate::progress::Stage::Trace) in rays.
+    ///
+    /// # Errors
+    /// [`Error::Interrupted`](crate::Error::Interrupted).
     pub fn intersect_observed(&self, rays: &[Ray], observer: &dyn Observer) -> Result<Vec<Hit>> {
-        observer.report(Stage::Trace, rays.len() as u64, rays.len() as u64);
-        Ok(self.intersect(rays))
+        traverse::intersect(&self.tree, &self.mesh, rays, observer)
     }
 
-    /// For each ray whether it hits anything.
+    /// For each ray whether it hits anything, in parallel.
     pub fn occluded(&self, rays: &[Ray]) -> Vec<bool> {
-        rays.par_iter().map(|ray| self.any(ray)).collect()
+        unobserved(self.occluded_observed(rays, &Silent))
+    }
+
+    /// [`Scene::occluded`], reporting [`Stage::Trace`](crate::progress::Stage::Trace) in rays.
+    ///
+    /// # Errors
+    /// [`Error::Interrupted`](crate::Error::Interrupted).
+    pub fn occluded_observed(&self, rays: &[Ray], observer: &dyn Observer) -> Result<Vec<bool>> {
+        traverse::occluded(&self.tree, &self.mesh, rays, observer)
+    }
+
+    /// Every crossing of each ray, in parallel.
+    pub fn intersect_all(&self, rays: &[Ray]) -> AllHits {
+        unobserved(self.intersect_all_observed(rays, &Silent))
+    }
+
+    /// [`Scene::intersect_all`], reporting [`Stage::Trace`](crate::progress::Stage::Trace) in rays.
+    ///
+    /// # Errors
+    /// [`Error::Interrupted`](crate::Error::Interrupted).
+    pub fn intersect_all_observed(&self, rays: &[Ray], observer: &dyn Observer) -> Result<AllHits> {
+        traverse::intersect_all(&self.tree, &self.mesh, rays, observer)
+    }
+}
+
+/// The answer of work that nobody could interrupt.
+fn unobserved<T>(result: Result<T>) -> T {
+    match result {
+        Ok(answer) => answer,
+        Err(error) => unreachable!("casting rays fails only when interrupted, but: {error}"),
     }
 }

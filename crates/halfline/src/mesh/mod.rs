@@ -1,10 +1,15 @@
 //! Triangle meshes: the user's coordinates and faces, untouched and in the user's order.
 
+pub mod generate;
+mod ear_clipping;
 mod material;
+mod reflex_grid;
 mod triangulate;
 
 pub use material::Material;
-pub use triangulate::triangulate;
+pub use triangulate::{Triangulator, triangulate};
+
+use rayon::prelude::*;
 
 use crate::error::{Error, Result};
 use crate::geometry::{Aabb, Vec3};
@@ -30,6 +35,17 @@ impl Positions {
     /// True if there is no vertex.
     pub fn is_empty(&self) -> bool {
         self.len() == 0
+    }
+
+    /// The given coordinates, in single precision if that loses nothing of any of them, else in
+    /// double precision.
+    pub fn without_loss(coordinates: Vec<[f64; 3]>) -> Positions {
+        let fits = |x: f64| f64::from(x as f32) == x || x.is_nan();
+        if coordinates.iter().flatten().all(|&x| fits(x)) {
+            Positions::F32(coordinates.iter().map(|p| p.map(|x| x as f32)).collect())
+        } else {
+            Positions::F64(coordinates)
+        }
     }
 
     /// The coordinates of vertex `index`; exact, for single precision widens without rounding.
@@ -71,9 +87,17 @@ impl Mesh {
         if vertex_count >= u32::MAX as usize || triangles.len() >= u32::MAX as usize {
             return Err(Error::invalid("mesh", "more than 2^32 - 2 vertices or triangles"));
         }
-        if let Some(t) =
-            triangles.iter().position(|t| t.iter().any(|&i| i as usize >= vertex_count))
-        {
+        // By the largest index of each chunk first: this runs at the speed of memory.
+        let chunk_size = 1 << 14;
+        let wrong_chunk = triangles.par_chunks(chunk_size).position_first(|chunk| {
+            let largest = chunk.iter().fold(0, |m, &[a, b, c]| m.max(a).max(b).max(c));
+            largest as usize >= vertex_count
+        });
+        if let Some(t) = wrong_chunk.and_then(|chunk| {
+            let first = chunk * chunk_size;
+            let beyond = |t: &[u32; 3]| t.iter().any(|&i| i as usize >= vertex_count);
+            triangles[first..].iter().position(beyond).map(|t| first + t)
+        }) {
             return Err(Error::invalid(
                 "mesh",
                 format!(

@@ -53,24 +53,34 @@ impl Frame {
     pub fn lower(&self, x: f64, axis: usize) -> f32 {
         let (difference, error) = two_difference(x, self.offset[axis]);
         let scaled = difference * self.scale;
-        let rounded = scaled as f32;
-        let above = f64::from(rounded) > scaled || (f64::from(rounded) == scaled && error < 0.0);
-        if above { rounded.next_down() } else { rounded }
+        let rounded = round_down(scaled);
+        if f64::from(rounded) == scaled && error < 0.0 { rounded.next_down() } else { rounded }
     }
 
     /// The smallest single-precision number not below the frame coordinate of `x`.
     pub fn upper(&self, x: f64, axis: usize) -> f32 {
         let (difference, error) = two_difference(x, self.offset[axis]);
         let scaled = difference * self.scale;
-        let rounded = scaled as f32;
-        let below = f64::from(rounded) < scaled || (f64::from(rounded) == scaled && error > 0.0);
-        if below { rounded.next_up() } else { rounded }
+        let rounded = round_up(scaled);
+        if f64::from(rounded) == scaled && error > 0.0 { rounded.next_up() } else { rounded }
     }
 
     /// The user's coordinate of a plane of the frame.
     pub fn to_user(&self, coordinate: f32, axis: usize) -> f64 {
         f64::from(coordinate) / self.scale + self.offset[axis]
     }
+}
+
+/// The largest single-precision number not above `x`.
+pub fn round_down(x: f64) -> f32 {
+    let nearest = x as f32;
+    if f64::from(nearest) > x { nearest.next_down() } else { nearest }
+}
+
+/// The smallest single-precision number not below `x`.
+pub fn round_up(x: f64) -> f32 {
+    let nearest = x as f32;
+    if f64::from(nearest) < x { nearest.next_up() } else { nearest }
 }
 
 /// The smallest power of two that is no smaller than `x`; 1 for zero.

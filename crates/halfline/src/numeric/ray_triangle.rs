@@ -19,6 +19,7 @@ use super::edge_function::{
     Bounded, Orientation, edge_function, exact_edge_function, perturbed_sign,
 };
 use super::expansion::Expansion;
+use super::power_of_two::{exponent_of, scale_by_power_of_two, scale_vector};
 use crate::geometry::{Hit, Ray, Vec3};
 
 /// A ray, ready for the triangle test.
@@ -48,10 +49,8 @@ impl PreparedRay {
         if !ray.is_valid() {
             return None;
         }
-        // Scale in two steps: one power of two could overflow.
         let exponent = DIRECTION_EXPONENT - exponent_of(ray.direction.abs().max_element());
-        let (half, rest) = (exponent / 2, exponent - exponent / 2);
-        let direction = ray.direction * power_of_two(half) * power_of_two(rest);
+        let direction = scale_vector(ray.direction, exponent);
         Some(PreparedRay {
             origin: ray.origin,
             direction,
@@ -60,18 +59,6 @@ impl PreparedRay {
             t_max: ray.t_max,
         })
     }
-}
-
-/// 2^exponent for exponents of normal doubles.
-fn power_of_two(exponent: i32) -> f64 {
-    f64::from_bits(((exponent + 1023) as u64) << 52)
-}
-
-/// The largest k with 2^k <= value, for a positive finite value, denormal or not.
-fn exponent_of(value: f64) -> i32 {
-    let (value, shift) =
-        if value < f64::MIN_POSITIVE { (value * power_of_two(54), 54) } else { (value, 0) };
-    (value.to_bits() >> 52) as i32 - 1023 - shift
 }
 
 /// How a ray meets a triangle.
@@ -235,9 +222,7 @@ impl PreparedRay {
 
     /// t for the direction as given, from t for the scaled one; +0 for either zero.
     fn unscale(&self, t: f64) -> f64 {
-        let exponent = self.t_exponent;
-        let (half, rest) = (exponent / 2, exponent - exponent / 2);
-        t * power_of_two(half) * power_of_two(rest) + 0.0
+        scale_by_power_of_two(t, self.t_exponent) + 0.0
     }
 }
 

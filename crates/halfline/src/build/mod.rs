@@ -1,0 +1,28 @@
+//! From a mesh to its kd-tree.
+//!
+//! I. Wald, V. Havran, "On Building Fast kd-Trees for Ray Tracing, and on Doing That in O(N log N)",
+//! IEEE Symposium on Interactive Ray Tracing 2006: planes by the surface-area heuristic, triangles
+//! clipped to the cells that they reach into. Candidates come from bins and not from a sweep over
+//! all ends (M. Shevtsov et al., "Highly Parallel Fast KD-tree Construction", EG 2007).
+//!
+//! Different here:
+//! 1. Cells shrink to the tight box of what they hold, so no plane is spent on empty space.
+//! 2. A leaf costs blocks of eight triangles, as the machine does, not triangles.
+//! 3. While candidates are compared, boxes are merely chopped at the bins; a triangle is clipped
+//!    only when a split that it straddles is carried out.
+//! 4. Cells of few triangles are not cut any further: the triangles are grouped into leaves.
+//! 5. All references live in one array from the start, with slots to spare that are shared out
+//!    among the cells (after P. Ganestam, M. Doggett, "SAH guided spatial split partitioning", CGF
+//!    2016, and Embree's builders). A cell that has used up its slots is grouped. So memory is
+//!    bounded whatever the input, and nothing is allocated for a node.
+
+mod clip;
+mod object_split;
+mod parameters;
+mod partition;
+mod reference;
+mod spatial_split;
+mod subdivide;
+
+pub use parameters::BuildParameters;
+pub use subdivide::build;

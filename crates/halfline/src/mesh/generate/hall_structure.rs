@@ -1,0 +1,439 @@
+//! The hall without its exhibits, in several levels of detail.
+
+use libm::{cos, sin};
+use std::f64::consts::{PI, TAU};
+
+use crate::error::Result;
+use crate::geometry::{Vec3, vec3};
+use crate::mesh::Material;
+
+use super::assembly::{Assembly, Shape};
+
+/// Half the hall's length, half its width, and the height of its walls.
+const LENGTH: f64 = 24.0;
+const WIDTH: f64 = 10.0;
+const WALL: f64 = 11.6;
+
+/// The nave's columns stand at this distance from the middle, this far from each other.
+const NAVE: f64 = 6.5;
+const BAY: f64 = 5.0;
+const COLUMNS: i32 = 9;
+
+/// Lower and upper edge of the windows, and half the width of one.
+const SILL: f64 = 6.6;
+const LINTEL: f64 = 10.6;
+const WINDOW: f64 = 1.7;
+
+/// Height of the galleries' floor.
+const GALLERY: f64 = 5.2;
+
+/// Number of exhibits.
+pub const PLINTHS: usize = 10;
+
+/// Height of a plinth.
+const PLINTH: f64 = 1.05;
+
+/// How much of the hall there is.
+pub struct Detail {
+    /// Plinths, and fossils on them.
+    pub exhibits: bool,
+    /// Sides of a column; none without. Arches and the vault's bars have in proportion.
+    pub sides: usize,
+    /// Sides of a baluster of the galleries' railing; no galleries without.
+    pub baluster: usize,
+    /// Meridians of a crystal of the chandeliers; no chandeliers without.
+    pub crystal: usize,
+}
+
+/// From the barest.
+pub const LEVELS: [Detail; 5] = [
+    Detail { exhibits: false, sides: 0, baluster: 0, crystal: 0 },
+    Detail { exhibits: true, sides: 0, baluster: 0, crystal: 0 },
+    Detail { exhibits: true, sides: 8, baluster: 0, crystal: 0 },
+    Detail { exhibits: true, sides: 16, baluster: 4, crystal: 0 },
+    Detail { exhibits: true, sides: 48, baluster: 10, crystal: 8 },
+];
+
+/// Indices of the materials.
+pub struct Materials {
+    /// Of the exhibits.
+    pub fossil: u32,
+    floor: u32,
+    wall: u32,
+    stone: u32,
+    iron: u32,
+    brass: u32,
+    crystal: u32,
+}
+
+impl Materials {
+    /// Adds them to the scene.
+    pub fn new(scene: &mut Assembly) -> Materials {
+        let rough =
+            |r: f32, g: f32, b: f32| Material { base_color: [r, g, b, 1.0], ..Material::default() };
+        let metal = |r, g, b, roughness| Material { metallic: 1.0, roughness, ..rough(r, g, b) };
+        Materials {
+            fossil: scene.material(rough(0.80, 0.70, 0.55)),
+            floor: scene.material(Material { roughness: 0.2, ..rough(0.42, 0.38, 0.34) }),
+            wall: scene.material(rough(0.82, 0.78, 0.70)),
+            stone: scene.material(rough(0.72, 0.68, 0.60)),
+            iron: scene.material(rough(0.16, 0.22, 0.20)),
+            brass: scene.material(metal(0.83, 0.66, 0.32, 0.25)),
+            crystal: scene.material(Material {
+                roughness: 0.0,
+                transmission: 0.9,
+                ..rough(0.95, 0.97, 1.0)
+            }),
+        }
+    }
+}
+
+/// The middle of the top of plinth `index`, and the radius of what stands on it.
+pub fn plinth(index: usize) -> (Vec3, f64) {
+    let side = if index % 2 == 0 { -1.0 } else { 1.0 };
+    let x = (index / 2) as f64 * 8.0 - 16.0 + 0.8 * side;
+    (vec3(x, 3.3 * side, PLINTH), 0.85)
+}
+
+/// Adds the hall.
+pub fn build(scene: &mut Assembly, detail: &Detail, materials: &Materials) -> Result<()> {
+    let mut hall = Hall { scene, detail, materials };
+    hall.shell();
+    if detail.exhibits {
+        hall.plinths();
+    }
+    if detail.sides > 0 {
+        hall.columns();
+        hall.vault();
+    }
+    if detail.baluster > 0 {
+        hall.galleries();
+        hall.window_bars();
+    }
+    if detail.crystal > 0 {
+        hall.chandeliers();
+    }
+    Ok(())
+}
+
+struct Hall<'a> {
+    scene: &'a mut Assembly,
+    detail: &'a Detail,
+    materials: &'a Materials,
+}
+
+/// The middle of each bay's column.
+fn bays() -> impl Iterator<Item = f64> {
+    (0..COLUMNS).map(|i| BAY * f64::from(i - COLUMNS / 2))
+}
+
+impl Hall<'_> {
+    /// Floor and walls, with windows once there are columns to put between them.
+    fn shell(&mut self) {
+        let (l, w, h) = (LENGTH, WIDTH, WALL);
+        self.scene.quad(
+            [vec3(-l, -w, 0.0), vec3(l, -w, 0.0), vec3(l, w, 0.0), vec3(-l, w, 0.0)],
+            self.materials.floor,
+        );
+        for x in [-l, l] {
+            // The side that faces the hall is the front.
+            let s = if x < 0.0 { w } else { -w };
+            self.scene.quad(
+                [vec3(x, s, 0.0), vec3(x, -s, 0.0), vec3(x, -s, h), vec3(x, s, h)],
+                self.materials.wall,
+            );
+        }
+        let windows = self.detail.sides > 0;
+        for y in [-w, w] {
+            if windows {
+                self.wall(y, (-l, l), (0.0, SILL));
+                self.wall(y, (-l, l), (LINTEL, h));
+                let mut from = -l;
+                for x in bays().skip(1).map(|x| x - BAY / 2.0) {
+                    self.wall(y, (from, x - WINDOW), (SILL, LINTEL));
+                    from = x + WINDOW;
+                }
+                self.wall(y, (from, l), (SILL, LINTEL));
+            } else {
+                self.wall(y, (-l, l), (0.0, h));
+            }
+        }
+    }
+
+    /// A part of the long wall at `y`.
+    fn wall(&mut self, y: f64, (x0, x1): (f64, f64), (z0, z1): (f64, f64)) {
+        let (a, b) = if y < 0.0 { (x1, x0) } else { (x0, x1) };
+        self.scene.quad(
+            [vec3(a, y, z0), vec3(b, y, z0), vec3(b, y, z1), vec3(a, y, z1)],
+            self.materials.wall,
+        );
+    }
+
+    fn plinths(&mut self) {
+        for index in 0..PLINTHS {
+            let (top, _) = plinth(index);
+            let mut block = |half: f64, z0: f64, z1: f64| {
+                let half = vec3(half, half, 0.0);
+                let foot = vec3(top.x, top.y, 0.0);
+                self.scene.block(
+                    foot - half + vec3(0.0, 0.0, z0),
+                    foot + half + vec3(0.0, 0.0, z1),
+                    self.materials.stone,
+                );
+            };
+            if self.detail.sides > 0 {
+                block(0.80, 0.0, 0.12);
+                block(0.62, 0.12, PLINTH - 0.08);
+                block(0.72, PLINTH - 0.08, PLINTH);
+            } else {
+                block(0.62, 0.0, PLINTH);
+            }
+        }
+    }
+
+    fn columns(&mut self) {
+        // Base mouldings, a shaft that swells and tapers, a bell capital.
+        let mut profile = vec![(0.0, 0.30), (0.52, 0.30), (0.56, 0.38), (0.52, 0.46), (0.43, 0.50)];
+        profile.extend([(0.47, 0.56), (0.45, 0.62), (0.40, 0.68)]);
+        for i in 1..=8 {
+            let t = f64::from(i) / 8.0;
+            profile.push((0.40 - 0.09 * t * t, 0.68 + 8.92 * t));
+        }
+        profile.extend([(0.37, 9.64), (0.37, 9.72), (0.32, 9.76), (0.36, 10.1), (0.48, 10.4)]);
+        profile.extend([(0.58, 10.52), (0.0, 10.52)]);
+        let shaft = Shape::lathe(&profile, self.detail.sides);
+        for side in [-1.0, 1.0] {
+            for x in bays() {
+                let foot = vec3(x, side * NAVE, 0.0);
+                self.scene.shape(&shaft, self.materials.stone, |p| foot + p);
+                let half = vec3(0.6, 0.6, 0.0);
+                self.scene.block(
+                    foot - half,
+                    foot + half + vec3(0.0, 0.0, 0.30),
+                    self.materials.stone,
+                );
+                self.scene.block(
+                    foot - half + vec3(0.0, 0.0, 10.52),
+                    foot + half + vec3(0.0, 0.0, 10.76),
+                    self.materials.stone,
+                );
+            }
+            // What the columns carry, and the aisle's roof.
+            let y = side * NAVE;
+            self.beam(y, 11.18, 0.34, 0.42, self.materials.stone);
+            self.beam(y, WALL + 0.06, 0.46, 0.06, self.materials.stone);
+            let (a, b) = if side < 0.0 { (-WIDTH, y) } else { (y, WIDTH) };
+            self.scene.quad(
+                [
+                    vec3(-LENGTH, b, WALL),
+                    vec3(LENGTH, b, WALL),
+                    vec3(LENGTH, a, WALL),
+                    vec3(-LENGTH, a, WALL),
+                ],
+                self.materials.wall,
+            );
+        }
+    }
+
+    /// A beam along the whole hall, around the line (y, z).
+    fn beam(&mut self, y: f64, z: f64, half_width: f64, half_height: f64, material: u32) {
+        self.scene.block(
+            vec3(-LENGTH, y - half_width, z - half_height),
+            vec3(LENGTH, y + half_width, z + half_height),
+            material,
+        );
+    }
+
+    /// The nave's glass roof, without the glass: ribs, thin bars between them, and bars as long as
+    /// the hall.
+    fn vault(&mut self) {
+        let steps = 2 * self.detail.sides;
+        for i in 0..2 * COLUMNS - 1 {
+            let x = 0.5 * BAY * f64::from(i + 1 - COLUMNS);
+            if i % 2 == 0 {
+                self.arch(x, 0.14, 0.24, steps);
+            } else {
+                self.arch(x, 0.05, 0.12, steps);
+            }
+        }
+        if self.detail.baluster > 0 {
+            for i in 0..8 * (COLUMNS - 1) {
+                if i % 4 != 0 {
+                    self.arch(BAY * (f64::from(i) / 8.0 - 4.0), 0.012, 0.03, steps);
+                }
+            }
+        }
+        let bars = 15;
+        for i in 1..bars {
+            let angle = PI * f64::from(i) / f64::from(bars);
+            let (y, z) = (-NAVE * cos(angle), WALL + 0.12 + NAVE * sin(angle));
+            self.beam(y, z, 0.035, 0.035, self.materials.iron);
+        }
+    }
+
+    /// Half a ring across the nave, of rectangular section, closed at its ends.
+    fn arch(&mut self, x: f64, half_width: f64, half_depth: f64, steps: usize) {
+        let spring = vec3(x, 0.0, WALL + 0.12);
+        let mut positions = Vec::with_capacity(4 * (steps + 1));
+        let mut triangles = Vec::with_capacity(8 * steps + 4);
+        for i in 0..=steps {
+            let angle = PI * i as f64 / steps as f64;
+            let out = vec3(0.0, -cos(angle), sin(angle));
+            let wide = vec3(half_width, 0.0, 0.0);
+            let (inner, outer) = (out * (NAVE - half_depth), out * (NAVE + half_depth));
+            positions.extend([inner - wide, inner + wide, outer + wide, outer - wide]);
+        }
+        for i in 0..steps as u32 {
+            for j in 0..4 {
+                let (a, b) = (4 * i + j, 4 * i + (j + 1) % 4);
+                triangles.extend([[a, b, b + 4], [a, b + 4, a + 4]]);
+            }
+        }
+        let last = 4 * steps as u32;
+        triangles.extend([[0, 2, 1], [0, 3, 2]]);
+        triangles.extend([[last, last + 1, last + 2], [last, last + 2, last + 3]]);
+        let shape = Shape { positions, triangles };
+        self.scene.shape(&shape, self.materials.iron, |p| spring + p);
+    }
+
+    /// Galleries over the aisles, with railings.
+    fn galleries(&mut self) {
+        let profile = [
+            (0.0, 0.0),
+            (0.035, 0.0),
+            (0.035, 0.06),
+            (0.018, 0.09),
+            (0.030, 0.26),
+            (0.014, 0.48),
+            (0.014, 0.62),
+            (0.026, 0.68),
+            (0.014, 0.74),
+            (0.014, 0.88),
+            (0.0, 0.88),
+        ];
+        let baluster = Shape::lathe(&profile, self.detail.baluster);
+        for side in [-1.0, 1.0] {
+            let (inner, outer) = (side * (NAVE + 0.75), side * WIDTH);
+            self.scene.block(
+                vec3(-LENGTH, inner.min(outer), GALLERY - 0.25),
+                vec3(LENGTH, inner.max(outer), GALLERY),
+                self.materials.stone,
+            );
+            let rail = inner + 0.08 * side;
+            self.beam(rail, GALLERY + 0.92, 0.045, 0.04, self.materials.brass);
+            for i in 0..300 {
+                let foot = vec3(0.16 * (f64::from(i) - 149.5), rail, GALLERY);
+                self.scene.shape(&baluster, self.materials.iron, |p| foot + p);
+            }
+        }
+    }
+
+    /// The bars of the windows.
+    fn window_bars(&mut self) {
+        for y in [-WIDTH, WIDTH] {
+            for x in bays().skip(1).map(|x| x - BAY / 2.0) {
+                for i in 0..=4 {
+                    let at = x + WINDOW * (f64::from(i) / 2.0 - 1.0);
+                    self.scene.block(
+                        vec3(at - 0.03, y - 0.04, SILL),
+                        vec3(at + 0.03, y + 0.04, LINTEL),
+                        self.materials.iron,
+                    );
+                }
+                for i in 0..=5 {
+                    let at = SILL + (LINTEL - SILL) * f64::from(i) / 5.0;
+                    self.scene.block(
+                        vec3(x - WINDOW, y - 0.03, at - 0.02),
+                        vec3(x + WINDOW, y + 0.03, at + 0.02),
+                        self.materials.iron,
+                    );
+                }
+            }
+        }
+    }
+
+    /// Three chandeliers: two rings of lights, and chains of crystals between them.
+    fn chandeliers(&mut self) {
+        let crystal = Shape::sphere(self.detail.crystal, self.detail.crystal.div_ceil(2) + 1);
+        let bulb = Shape::sphere(16, 10);
+        let rod = Shape::cylinder(12);
+        let brass = self.materials.brass;
+        for x in [-10.0, 0.0, 10.0] {
+            let middle = vec3(x, 0.0, 8.6);
+            let top = middle + vec3(0.0, 0.0, 1.5);
+            let ridge = vec3(x, 0.0, WALL + 0.12 + NAVE);
+            self.scene.along(&rod, (top, 0.02), (ridge, 0.02), brass);
+            self.scene.shape(&bulb, brass, |p| top + p * 0.12);
+            for (radius, height, lights) in [(1.5, 0.0, 24), (0.9, 0.6, 14)] {
+                let ring = torus(radius, 0.03, 96, 10);
+                let level = middle + vec3(0.0, 0.0, height);
+                self.scene.shape(&ring, brass, |p| level + p);
+                for i in 0..lights {
+                    let angle = TAU * f64::from(i) / f64::from(lights);
+                    let out = vec3(cos(angle), sin(angle), 0.0);
+                    let foot = level + out * radius + vec3(0.0, 0.0, 0.03);
+                    let wick = foot + vec3(0.0, 0.0, 0.16);
+                    self.scene.along(&rod, (foot, 0.018), (wick, 0.018), self.materials.wall);
+                    self.scene.shape(&bulb, self.materials.crystal, |p| {
+                        wick + vec3(0.028 * p.x, 0.028 * p.y, 0.028 + 0.045 * p.z)
+                    });
+                    if i % 2 == 0 {
+                        self.scene.along(&rod, (level + out * radius, 0.008), (top, 0.008), brass);
+                    }
+                    // From every light one chain of crystals up to the rod's end, and one that
+                    // sags to the next light.
+                    let next = TAU * f64::from(i + 1) / f64::from(lights);
+                    let beside = level + vec3(cos(next), sin(next), 0.0) * radius;
+                    self.chain(&crystal, level + out * radius, top, 0.35, 40);
+                    self.chain(&crystal, level + out * radius, beside, 0.18, 12);
+                }
+            }
+            // The bowl of crystals below.
+            for i in 1..12 {
+                let angle = 0.5 * PI * f64::from(i) / 12.0;
+                let count = 6 * (12 - i);
+                for j in 0..count {
+                    let turn = TAU * f64::from(j) / f64::from(count);
+                    let at = vec3(
+                        1.1 * cos(angle) * cos(turn),
+                        1.1 * cos(angle) * sin(turn),
+                        -0.7 * sin(angle),
+                    );
+                    self.scene.shape(&crystal, self.materials.crystal, |p| middle + at + p * 0.03);
+                }
+            }
+        }
+    }
+
+    /// Crystals on a line that sags.
+    fn chain(&mut self, crystal: &Shape, from: Vec3, to: Vec3, sag: f64, count: i32) {
+        for i in 0..count {
+            let t = (f64::from(i) + 0.5) / f64::from(count);
+            let at = from + (to - from) * t - vec3(0.0, 0.0, 4.0 * sag * t * (1.0 - t));
+            self.scene.shape(crystal, self.materials.crystal, |p| at + p * 0.014);
+        }
+    }
+}
+
+/// A torus about the z axis.
+fn torus(radius: f64, thickness: f64, around: u32, across: u32) -> Shape {
+    let mut positions = Vec::with_capacity((around * across) as usize);
+    let mut triangles = Vec::with_capacity(2 * (around * across) as usize);
+    for i in 0..around {
+        let turn = TAU * f64::from(i) / f64::from(around);
+        for j in 0..across {
+            let angle = TAU * f64::from(j) / f64::from(across);
+            let distance = radius + thickness * cos(angle);
+            positions.push(vec3(
+                distance * cos(turn),
+                distance * sin(turn),
+                thickness * sin(angle),
+            ));
+            let (k, m) = ((i + 1) % around, (j + 1) % across);
+            let corner = |i: u32, j: u32| i * across + j;
+            triangles.push([corner(i, j), corner(k, j), corner(k, m)]);
+            triangles.push([corner(i, j), corner(k, m), corner(i, m)]);
+        }
+    }
+    Shape { positions, triangles }
+}

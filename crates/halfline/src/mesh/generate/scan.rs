@@ -1,0 +1,60 @@
+//! A mesh like one from a laser scanner: one closed surface, fine triangles of even size and no
+//! pattern, in strips whose blocks have changed places, and noise on every vertex.
+
+use crate::error::Result;
+use crate::geometry::{Vec3, vec3};
+use crate::mesh::{Mesh, Positions};
+use crate::progress::Observer;
+
+use super::View;
+use super::cube_sphere::{CubeSphere, Order};
+use super::echinoid::Echinoid;
+use super::fill::{fill, single};
+use super::random::{Random, mix};
+
+/// From above and aside, so that plates, apex and the shell's edge are seen.
+pub const VIEW: View = View {
+    from: vec3(1.9, -2.1, 1.9),
+    at: vec3(0.0, 0.0, 0.04),
+    up: vec3(0.0, 0.0, 1.0),
+    angle_degrees: 38.0,
+};
+
+/// By how much of an edge's length vertices are moved along the sphere, so that no grid shows.
+/// Two neighbours can come nearer by at most twice as much, which leaves every triangle its
+/// orientation.
+const JITTER: f64 = 0.16;
+
+/// The scanner's error, as the standard deviation along the ray in edge lengths.
+const SCANNER_NOISE: f64 = 0.03;
+
+/// See [`Kind::Scan`](super::Kind::Scan).
+pub fn scan(triangles: usize, seed: u64, observer: &dyn Observer) -> Result<Mesh> {
+    let (positions, triangles) = scanned(triangles, seed, observer)?;
+    Mesh::new(Positions::F32(positions), triangles)
+}
+
+/// The scan's vertices and triangles.
+pub fn scanned(
+    triangles: usize,
+    seed: u64,
+    observer: &dyn Observer,
+) -> Result<(Vec<[f32; 3]>, Vec<[u32; 3]>)> {
+    let grid = CubeSphere::new(triangles, Order::Shuffled(seed));
+    let edge = grid.mean_edge();
+    let shape = Echinoid::new(seed, edge);
+    // The largest of these meshes would be turned inside out by noise in proportion.
+    let noise = SCANNER_NOISE * edge.min(0.05);
+    let positions = fill(grid.vertex_count(), observer, |i| {
+        let mut random = Random::new(mix(seed), i as u64);
+        let aside = random.direction() * (JITTER * edge.min(0.5));
+        let direction = (grid.direction(i) + aside).normalized();
+        single(shape.point(direction) + direction * (noise * random.normal()))
+    })?;
+    let point = |v: u32| Vec3::from(positions[v as usize]);
+    let triangles = grid.triangles(|[a, b, c, d]| {
+        let (first, second) = (point(a) - point(c), point(b) - point(d));
+        first.dot(first) <= second.dot(second)
+    })?;
+    Ok((positions, triangles))
+}

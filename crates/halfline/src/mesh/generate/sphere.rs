@@ -1,0 +1,15 @@
+//! The unit sphere.
+
+use crate::error::Result;
+use crate::mesh::{Mesh, Positions};
+use crate::progress::Observer;
+
+use super::cube_sphere::{CubeSphere, Order};
+use super::fill::{fill, single};
+
+/// See [`Kind::Sphere`](super::Kind::Sphere).
+pub fn sphere(triangles: usize, observer: &dyn Observer) -> Result<Mesh> {
+    let grid = CubeSphere::new(triangles, Order::Strips);
+    let positions = fill(grid.vertex_count(), observer, |i| single(grid.direction(i)))?;
+    Mesh::new(Positions::F32(positions), grid.triangles(|_| true)?)
+}

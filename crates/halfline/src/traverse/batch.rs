@@ -1,0 +1,130 @@
+//! Batches of rays over all threads. The answers do not depend on how many there are.
+
+use std::sync::atomic::{AtomicU64, Ordering};
+
+use rayon::prelude::*;
+
+use super::query::{AllCrossings, AnyHit, ClosestHit};
+use super::walk::{RayCounters, walk};
+use crate::error::Result;
+use crate::geometry::{Hit, Ray};
+use crate::mesh::Mesh;
+use crate::progress::{Observer, Stage};
+use crate::tree::KdTree;
+
+/// Rays that one task casts: some milliseconds of work.
+const CHUNK: usize = 1 << 10;
+
+/// Every crossing of each ray of a batch, in compressed sparse rows: those of ray i are
+/// `hits[splits[i]..splits[i + 1]]`, sorted by t and then by face.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct AllHits {
+    /// One more entry than there are rays.
+    pub splits: Vec<usize>,
+    /// The crossings.
+    pub hits: Vec<Hit>,
+}
+
+/// Reports [`Stage::Trace`] in rays.
+struct Progress<'a> {
+    observer: &'a dyn Observer,
+    total: usize,
+    done: AtomicU64,
+}
+
+impl<'a> Progress<'a> {
+    fn start(observer: &'a dyn Observer, total: usize) -> Progress<'a> {
+        observer.report(Stage::Trace, 0, total as u64);
+        Progress { observer, total, done: 0.into() }
+    }
+
+    fn advance(&self, rays: usize) {
+        let done = self.done.fetch_add(rays as u64, Ordering::Relaxed) + rays as u64;
+        self.observer.report(Stage::Trace, done, self.total as u64);
+    }
+}
+
+/// Casts each ray and puts its answer into the same place of the result.
+fn cast<A: Clone + Send>(
+    rays: &[Ray],
+    miss: A,
+    observer: &dyn Observer,
+    answer: impl Fn(&Ray) -> A + Sync,
+) -> Result<Vec<A>> {
+    let progress = Progress::start(observer, rays.len());
+    let mut answers = vec![miss; rays.len()];
+    answers.par_chunks_mut(CHUNK).zip(rays.par_chunks(CHUNK)).try_for_each(|(answers, rays)| {
+        observer.check()?;
+        for (slot, ray) in answers.iter_mut().zip(rays) {
+            *slot = answer(ray);
+        }
+        progress.advance(rays.len());
+        Ok(())
+    })?;
+    Ok(answers)
+}
+
+/// The closest hit of each ray.
+pub fn intersect(
+    tree: &KdTree,
+    mesh: &Mesh,
+    rays: &[Ray],
+    observer: &dyn Observer,
+) -> Result<Vec<Hit>> {
+    cast(rays, Hit::MISS, observer, |ray| {
+        let mut closest = ClosestHit(Hit::MISS);
+        walk(tree, mesh, ray, &mut closest, &mut RayCounters::default());
+        closest.0
+    })
+}
+
+/// For each ray whether it hits anything.
+pub fn occluded(
+    tree: &KdTree,
+    mesh: &Mesh,
+    rays: &[Ray],
+    observer: &dyn Observer,
+) -> Result<Vec<bool>> {
+    cast(rays, false, observer, |ray| {
+        let mut any = AnyHit(false);
+        walk(tree, mesh, ray, &mut any, &mut RayCounters::default());
+        any.0
+    })
+}
+
+/// Every crossing of each ray.
+pub fn intersect_all(
+    tree: &KdTree,
+    mesh: &Mesh,
+    rays: &[Ray],
+    observer: &dyn Observer,
+) -> Result<AllHits> {
+    let progress = Progress::start(observer, rays.len());
+    let chunks: Vec<(Vec<usize>, Vec<Hit>)> = rays
+        .par_chunks(CHUNK)
+        .map(|rays| {
+            observer.check()?;
+            let mut ends = Vec::with_capacity(rays.len());
+            let mut hits = Vec::new();
+            for ray in rays {
+                let mut all = AllCrossings::appending_to(&mut hits);
+                walk(tree, mesh, ray, &mut all, &mut RayCounters::default());
+                all.finish();
+                ends.push(hits.len());
+            }
+            progress.advance(rays.len());
+            Ok((ends, hits))
+        })
+        .collect::<Result<_>>()?;
+
+    let mut all = AllHits::default();
+    all.splits.reserve_exact(rays.len() + 1);
+    all.splits.push(0);
+    all.hits.reserve_exact(chunks.iter().map(|(_, hits)| hits.len()).sum());
+    for (ends, hits) in chunks {
+        let before = all.hits.len();
+        all.splits.extend(ends.iter().map(|end| before + end));
+        all.hits.extend_from_slice(&hits);
+    }
+    Ok(all)
+}

@@ -1,0 +1,99 @@
+//! One ray's walk through the tree, front to back.
+//!
+//! V. Havran, "Heuristic Ray Shooting Algorithms", 2000, appendix C (the recursive algorithm with a
+//! stack of its own). Different here: nodes know the tight box of what they hold, so both children
+//! are clipped by their boxes and not by the plane alone; the plane's axis and the direction's
+//! sign still say which child comes first. A hit that lies beyond its cell needs no special case:
+//! it lowers t_max, and what is entered beyond that is dropped when it is popped.
+
+use super::query::Query;
+use super::slab::SlabRay;
+use crate::geometry::{Hit, Ray};
+use crate::mesh::Mesh;
+use crate::numeric::PreparedRay;
+use crate::tree::{KdTree, MAX_DEPTH, NodeKind};
+
+/// What casting rays cost.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct RayCounters {
+    /// Tree nodes entered, leaves included.
+    pub nodes: u32,
+    /// Leaves entered.
+    pub leaves: u32,
+    /// Triangles tested.
+    pub triangles: u32,
+}
+
+/// Shows `query` the contacts of the ray, until nothing more can matter.
+#[inline]
+pub fn walk<Q: Query>(
+    tree: &KdTree,
+    mesh: &Mesh,
+    ray: &Ray,
+    query: &mut Q,
+    counters: &mut RayCounters,
+) {
+    let Some(prepared) = PreparedRay::new(ray) else { return };
+    let slab_ray = SlabRay::new(ray, &tree.frame);
+    let mut limit = slab_ray.limit(ray.t_max);
+    if slab_ray.entry(&tree.root.bounds, limit) == f64::INFINITY {
+        return;
+    }
+
+    // The far children that wait: where they are entered, and which they are. A walk holds at most
+    // one for each level, and the builder bounds the levels.
+    let mut stack = [(0.0f64, 0u32, 0u8); MAX_DEPTH];
+    let mut waiting = 0;
+    let mut node = &tree.root;
+    loop {
+        counters.nodes += 1;
+        match node.kind() {
+            NodeKind::Inner { children, split } => {
+                // Clip both children; go to the nearer one that is met, and let the other wait.
+                let pair = &tree.children[children as usize].0;
+                let near = usize::from(slab_ray.is_negative[split.axis()]);
+                let near_entry = slab_ray.entry(&pair[near].bounds, limit);
+                let far_entry = slab_ray.entry(&pair[1 - near].bounds, limit);
+                if near_entry < f64::INFINITY {
+                    if far_entry < f64::INFINITY {
+                        stack[waiting] = (far_entry, children, 1 - near as u8);
+                        waiting += 1;
+                    }
+                    node = &pair[near];
+                    continue;
+                }
+                if far_entry < f64::INFINITY {
+                    node = &pair[1 - near];
+                    continue;
+                }
+            }
+            NodeKind::Leaf { first, count } => {
+                counters.leaves += 1;
+                counters.triangles += count;
+                for &face in tree.faces(first, count) {
+                    if let Some(contact) = prepared.meet(mesh.corners(face)) {
+                        let hit = Hit { t: contact.t, face, u: contact.u, v: contact.v };
+                        query.offer(hit, contact.is_crossing);
+                    }
+                }
+                if query.is_done() {
+                    return;
+                }
+                limit = slab_ray.limit(query.t_max(ray.t_max));
+            }
+        }
+
+        // Take up the nearest child that waits and is still worth a visit.
+        loop {
+            if waiting == 0 {
+                return;
+            }
+            waiting -= 1;
+            let (entry, children, side) = stack[waiting];
+            if entry <= limit {
+                node = &tree.children[children as usize].0[usize::from(side)];
+                break;
+            }
+        }
+    }
+}

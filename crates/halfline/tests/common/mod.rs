@@ -1,0 +1,263 @@
+//! Meshes and rays that are made to hurt.
+
+use halfline::mesh::Positions;
+use halfline::{Mesh, Ray, Vec3};
+
+/// A small generator of numbers (SplitMix64), so that failures can be repeated.
+pub struct Random(pub u64);
+
+impl Random {
+    fn next(&mut self) -> u64 {
+        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let z = (self.0 ^ (self.0 >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        let z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        z ^ (z >> 31)
+    }
+
+    /// Uniform in [0, 1).
+    pub fn unit(&mut self) -> f64 {
+        (self.next() >> 11) as f64 / (1u64 << 53) as f64
+    }
+
+    /// Uniform in [-1, 1).
+    pub fn signed(&mut self) -> f64 {
+        self.unit() * 2.0 - 1.0
+    }
+
+    /// One of 0 .. n - 1.
+    pub fn below(&mut self, n: usize) -> usize {
+        (self.next() % n as u64) as usize
+    }
+
+    pub fn point(&mut self) -> Vec3 {
+        Vec3::from([self.signed(), self.signed(), self.signed()])
+    }
+}
+
+/// A mesh from triangles that share no vertex.
+pub fn soup(triangles: impl IntoIterator<Item = [Vec3; 3]>) -> Mesh {
+    let vertices: Vec<[f64; 3]> = triangles.into_iter().flatten().map(Vec3::to_array).collect();
+    let faces = (0..vertices.len() as u32 / 3).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect();
+    Mesh::new(Positions::F64(vertices), faces).expect("a valid mesh")
+}
+
+/// The surface of the cube [-n, n]^3 in unit squares, each cut in two.
+pub fn grid_cube(n: i32) -> Mesh {
+    let mut triangles = Vec::new();
+    for axis in 0..3 {
+        for (side, flip) in [(-n, true), (n, false)] {
+            for (i, j) in (-n..n).flat_map(|i| (-n..n).map(move |j| (i, j))) {
+                let corner = |di: i32, dj: i32| {
+                    let mut p = Vec3::ZERO;
+                    p[axis] = f64::from(side);
+                    p[(axis + 1) % 3] = f64::from(i + di);
+                    p[(axis + 2) % 3] = f64::from(j + dj);
+                    p
+                };
+                let [a, b, c, d] = [corner(0, 0), corner(1, 0), corner(1, 1), corner(0, 1)];
+                triangles.extend(if flip {
+                    [[a, c, b], [a, d, c]]
+                } else {
+                    [[a, b, c], [a, c, d]]
+                });
+            }
+        }
+    }
+    soup(triangles)
+}
+
+/// Stairs of unit cubes: many squares in the same planes, at every height.
+pub fn stairs(n: i32) -> Mesh {
+    let mut triangles = Vec::new();
+    for (x, y) in (0..n).flat_map(|x| (0..n).map(move |y| (x, y))) {
+        let height = f64::from((x * 7 + y * 3) % n);
+        let p = |dx: i32, dy: i32, z: f64| Vec3::from([f64::from(x + dx), f64::from(y + dy), z]);
+        let [a, b, c, d] = [p(0, 0, height), p(1, 0, height), p(1, 1, height), p(0, 1, height)];
+        triangles.extend([[a, b, c], [a, c, d]]);
+        let [e, f] = [p(0, 0, 0.0), p(1, 0, 0.0)];
+        triangles.extend([[e, f, b], [e, b, a]]);
+        let g = p(0, 1, 0.0);
+        triangles.extend([[e, g, d], [e, d, a]]);
+    }
+    soup(triangles)
+}
+
+/// A sphere from an octahedron subdivided `levels` times, with shared vertices.
+pub fn sphere(levels: u32, center: Vec3, radius: f64) -> Mesh {
+    let mut triangles = Vec::new();
+    for signs in 0..8 {
+        let sign = |bit: i32| if signs >> bit & 1 == 0 { 1.0 } else { -1.0 };
+        let [x, y, z] = [
+            Vec3::from([sign(0), 0.0, 0.0]),
+            Vec3::from([0.0, sign(1), 0.0]),
+            Vec3::from([0.0, 0.0, sign(2)]),
+        ];
+        let outward = sign(0) * sign(1) * sign(2) > 0.0;
+        triangles.push(if outward { [x, y, z] } else { [x, z, y] });
+    }
+    for _ in 0..levels {
+        triangles = triangles
+            .into_iter()
+            .flat_map(|[a, b, c]| {
+                let middle = |p: Vec3, q: Vec3| (p + q).normalized();
+                let (ab, bc, ca) = (middle(a, b), middle(b, c), middle(c, a));
+                [[a, ab, ca], [ab, b, bc], [ca, bc, c], [ab, bc, ca]]
+            })
+            .collect();
+    }
+    soup(triangles.into_iter().map(|t| t.map(|p| p * radius + center)))
+}
+
+/// Every mesh of the table, by name.
+pub fn meshes() -> Vec<(&'static str, Mesh)> {
+    let mut random = Random(7);
+    let random_soup = soup((0..600).map(|_| {
+        let p = random.point();
+        [p, p + random.point() * 0.2, p + random.point() * 0.2]
+    }));
+    let slivers = soup((0..300).map(|_| {
+        let (a, b) = (random.point(), random.point());
+        [a, b, a * 0.3 + b * 0.7 + random.point() * 1e-9]
+    }));
+    let fan = soup((0..400).map(|i| {
+        let rim = |i: i32| {
+            let angle = f64::from(i) * std::f64::consts::TAU / 400.0;
+            Vec3::from([angle.cos(), angle.sin(), 0.25])
+        };
+        [Vec3::ZERO, rim(i), rim(i + 1)]
+    }));
+    let beams = soup((0..300).map(|i| {
+        let (x, y) = (random.signed(), random.signed());
+        let mut t = [
+            Vec3::from([x, y, -50.0]),
+            Vec3::from([x + 0.01, y, -50.0]),
+            Vec3::from([x, y + 0.01, 50.0]),
+        ];
+        for p in &mut t {
+            *p = [*p, Vec3::from([p.y, p.z, p.x]), Vec3::from([p.z, p.x, p.y])][i % 3];
+        }
+        t
+    }));
+    let copies = {
+        let [a, b, c] = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]].map(Vec3::from);
+        let turned = [[a, b, c], [b, c, a], [c, a, b], [a, c, b]];
+        soup((0..200).map(|i| turned[i % 4]))
+    };
+    let plane = soup((0..20).flat_map(|i| (0..20).map(move |j| (i, j))).flat_map(|(i, j)| {
+        let p = |di: i32, dj: i32| Vec3::from([f64::from(i + di), f64::from(j + dj), 3.0]);
+        [[p(0, 0), p(1, 0), p(1, 1)], [p(0, 0), p(1, 1), p(0, 1)]]
+    }));
+    let broken = {
+        let nan = Vec3::from([f64::NAN, 0.0, 0.0]);
+        let infinite = Vec3::from([0.0, f64::INFINITY, 0.0]);
+        let p = Vec3::from([0.5, 0.5, 0.5]);
+        let good = (0..40).map(|i| {
+            let z = f64::from(i) * 0.125;
+            [[0.0, 0.0, z], [1.0, 0.0, z], [0.0, 1.0, z]].map(Vec3::from)
+        });
+        let bad =
+            [[nan, p, Vec3::ZERO], [p, infinite, Vec3::ZERO], [p, p, p], [p, p * 2.0, p * 3.0]];
+        soup(bad.into_iter().chain(good))
+    };
+    let far = Vec3::from([500_000.0, 5_400_000.0, 12.0]);
+    vec![
+        ("grid cube", grid_cube(4)),
+        ("stairs", stairs(8)),
+        ("sphere", sphere(3, Vec3::ZERO, 1.0)),
+        ("sphere in map coordinates", sphere(3, far, 2.0)),
+        ("tiny sphere", sphere(2, Vec3::ZERO, 1e-30)),
+        ("huge sphere", sphere(2, Vec3::splat(1e30), 1e30)),
+        ("random soup", random_soup),
+        ("slivers", slivers),
+        ("fan", fan),
+        ("beams", beams),
+        ("coplanar copies", copies),
+        ("plane", plane),
+        ("broken faces", broken),
+        (
+            "one triangle",
+            soup([[Vec3::ZERO, Vec3::from([1.0, 0.0, 0.0]), Vec3::from([0.0, 1.0, 0.0])]]),
+        ),
+        ("nothing", soup([])),
+    ]
+}
+
+/// A finite point on or near the mesh: a vertex, the middle of an edge, a point of an edge or a
+/// face, a point beside a vertex.
+fn target(mesh: &Mesh, random: &mut Random) -> Option<Vec3> {
+    let face = random.below(mesh.triangle_count()) as u32;
+    let [a, b, c] = mesh.corners(face);
+    let share = random.unit();
+    let target = match random.below(5) {
+        0 => a,
+        1 => a * 0.5 + b * 0.5,
+        2 => a * share + b * (1.0 - share),
+        3 => a * (share * 0.5) + b * (0.5 - share * 0.5) + c * 0.5,
+        _ => a + (b - a) * random.signed() * 1e-9,
+    };
+    target.is_finite().then_some(target)
+}
+
+/// One ray: aimed at a vertex, an edge, a face or a plane of `planes` (user coordinates, by axis),
+/// from a random place, a lattice point or the surface itself; axis-parallel and lattice
+/// directions; ranges that end at what is aimed at.
+pub fn nasty_ray(mesh: &Mesh, planes: &[(usize, f64)], random: &mut Random) -> Ray {
+    let bounds = mesh.bounds();
+    if bounds.is_empty() {
+        return Ray::new(random.point(), random.point());
+    }
+    let size = bounds.extent().max_element().max(f64::MIN_POSITIVE);
+    let anywhere = |random: &mut Random| bounds.center() + random.point() * size;
+    let mut aim = target(mesh, random).unwrap_or_else(|| bounds.center());
+    let mut origin = match random.below(6) {
+        0 => bounds.center(),
+        1 => target(mesh, random).unwrap_or_else(|| bounds.center()),
+        2 => {
+            // A lattice point, where the mesh is grid-aligned one of its planes.
+            let p = anywhere(random);
+            Vec3::from([p.x.round(), p.y.round(), p.z.round()])
+        }
+        _ => anywhere(random),
+    };
+
+    // Put one coordinate, or the coordinate of both ends, onto a splitting plane.
+    if !planes.is_empty() && random.below(3) == 0 {
+        let (axis, position) = planes[random.below(planes.len())];
+        aim[axis] = position;
+        if random.below(2) == 0 {
+            origin[axis] = position;
+        }
+    }
+    let direction = match random.below(5) {
+        0 => {
+            // Along an axis, through the coordinates of what is aimed at.
+            let axis = random.below(3);
+            let mut direction = Vec3::ZERO;
+            direction[axis] = if random.below(2) == 0 { size } else { -size };
+            let along = origin[axis];
+            origin = aim;
+            origin[axis] = along;
+            direction
+        }
+        1 => {
+            let step = |random: &mut Random| random.below(5) as f64 - 2.0;
+            Vec3::from([step(random), step(random), step(random)]) * size
+        }
+        2 => random.point() * size,
+        _ => aim - origin,
+    };
+    match random.below(8) {
+        0 => Ray::with_range(origin, direction, 0.0, 1.0),
+        1 => Ray::with_range(origin, direction, 1.0, f64::INFINITY),
+        2 => Ray::with_range(origin, direction, -1.0, random.unit()),
+        3 => Ray::with_range(origin, direction, f64::NEG_INFINITY, f64::INFINITY),
+        4 => Ray::new(origin, direction * [1e-300, 1e-20, 1e20, 1e200][random.below(4)]),
+        _ => Ray::new(origin, direction),
+    }
+}
+
+/// How many rays the oracle tests cast in all; `make test-long` asks for more.
+pub fn ray_budget() -> usize {
+    std::env::var("HALFLINE_TEST_RAYS")
+        .map_or(100_000, |rays| rays.parse().expect("HALFLINE_TEST_RAYS is a number of rays"))
+}
