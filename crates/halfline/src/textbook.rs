@@ -17,7 +17,7 @@
 //! Different here from the usual pseudo-code, which is wrong in two places: a hit in the near
 //! cell is final only if it lies *before* the splitting plane (a triangle may reach out of its
 //! cell), and planes that touch an end of the interval, or hold the ray, have cases of their own.
-//! All comparisons with planes allow for rounding, see [`PLANE_DISTANCE_ERROR`].
+//! All comparisons with planes allow for rounding, see `PLANE_DISTANCE_ERROR`.
 
 use crate::geometry::{Aabb, Hit, Ray, Vec3};
 use crate::mesh::Mesh;
