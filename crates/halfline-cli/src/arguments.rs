@@ -58,7 +58,7 @@ pub struct GlobalOptions {
 #[derive(Debug, Subcommand)]
 pub enum Command {
     /// Trace a picture of a mesh
-    Render(render::Options),
+    Render(Box<render::Options>),
     /// Tell what a mesh and its kd-tree are like
     Info(info::Options),
     /// Cast the rays of a NumPy file at a mesh
