@@ -93,6 +93,7 @@ pub fn references_of(
 
     // Zeroed memory costs nothing until it is touched, so slots that stay unused are free.
     let mut references: Vec<Reference> = bytemuck::allocation::zeroed_vec(slots(kept).max(kept));
+    crate::io::advise_huge_pages(&mut references);
     let mut rest = &mut references[..kept];
     let mut targets = Vec::with_capacity(chunks);
     for (chunk, skipped) in counts.iter().enumerate() {

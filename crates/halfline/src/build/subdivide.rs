@@ -8,10 +8,11 @@ use super::partition::cut;
 use super::reference::{Reference, bounds_of, references_of};
 use super::spatial_split::{blocks, cheapest_plane};
 use crate::error::{Error, Result};
+use crate::io::advise_huge_pages;
 use crate::mesh::Mesh;
 use crate::numeric::Frame;
 use crate::progress::{Observer, Stage};
-use crate::tree::{BLOCK_SIZE, Bounds, Children, KdTree, MAX_DEPTH, Node, Split};
+use crate::tree::{BLOCK_SIZE, Bounds, Children, KdTree, LeafCorners, MAX_DEPTH, Node, Split};
 
 /// Planes are used down to this level only. A kd-tree of 2^30 triangles needs half as many.
 const PLANE_DEPTH: usize = 64;
@@ -57,10 +58,14 @@ pub fn build(mesh: &Mesh, parameters: &BuildParameters, observer: &dyn Observer)
 
     let mut children = Vec::with_capacity(built.children_count());
     let mut references = Vec::with_capacity(built.reference_count());
+    advise_huge_pages(children.spare_capacity_mut());
+    advise_huge_pages(references.spare_capacity_mut());
     let root = built.append_to(&mut children, &mut references);
+    let corners = LeafCorners::of(mesh, &references);
     Ok(KdTree {
         frame,
         root,
+        corners,
         children,
         references,
         skipped_zero_area: skipped.zero_area,

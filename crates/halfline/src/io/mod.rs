@@ -23,7 +23,7 @@ use std::ffi::OsStr;
 use std::path::Path;
 
 pub use atomic::{AtomicFile, abandon_all};
-pub use map::Bytes;
+pub use map::{Bytes, advise_huge_pages};
 pub use ply::save as save_ply;
 
 use self::progress::Portion;

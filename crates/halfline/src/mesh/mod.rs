@@ -134,7 +134,12 @@ impl Mesh {
     /// The corners of triangle `index`.
     #[inline]
     pub fn corners(&self, index: u32) -> [Vec3; 3] {
-        self.triangles[index as usize].map(|v| self.positions.get(v as usize))
+        let [a, b, c] = self.triangles[index as usize];
+        [
+            self.positions.get(a as usize),
+            self.positions.get(b as usize),
+            self.positions.get(c as usize),
+        ]
     }
 
     /// The index in the file of the face from which triangle `index` was cut.

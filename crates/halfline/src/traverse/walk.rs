@@ -80,8 +80,8 @@ pub fn walk<Q: Query>(
             NodeKind::Leaf { first, count } => {
                 counters.leaves += 1;
                 counters.triangles += count;
-                for &face in tree.faces(first, count) {
-                    let corners = mesh.corners(face);
+                for (i, &face) in tree.faces(first, count).iter().enumerate() {
+                    let corners = tree.corners.get(mesh, first as usize + i, face);
                     if let Some(contact) = prepared.meet(corners) {
                         query.offer(&prepared, &contact, face, corners);
                     }

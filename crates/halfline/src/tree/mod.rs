@@ -1,10 +1,12 @@
 //! The kd-tree that the engine walks: nodes, statistics.
 
 mod bounds;
+mod leaf_corners;
 mod node;
 mod statistics;
 
 pub use bounds::Bounds;
+pub use leaf_corners::LeafCorners;
 pub use node::{Children, Node, NodeKind, Split};
 pub use statistics::TreeStatistics;
 
@@ -32,6 +34,8 @@ pub struct KdTree {
     pub children: Vec<Children>,
     /// Face indices; each leaf names a range of them.
     pub references: Vec<u32>,
+    /// Their corners.
+    pub corners: LeafCorners,
     /// Faces left out since their three corners lie on one line.
     pub skipped_zero_area: usize,
     /// Faces left out since a coordinate is NaN or infinite.
@@ -47,6 +51,6 @@ impl KdTree {
 
     /// Bytes of the nodes and references.
     pub fn bytes(&self) -> usize {
-        size_of_val(&self.children[..]) + size_of_val(&self.references[..])
+        size_of_val(&self.children[..]) + size_of_val(&self.references[..]) + self.corners.bytes()
     }
 }
