@@ -2,13 +2,13 @@
 
 pub mod atomic;
 mod colors;
-mod gltf;
+pub mod gltf;
 mod gzip;
 mod lines;
 mod map;
 mod mtl;
-mod obj;
-mod off;
+pub mod obj;
+pub mod off;
 mod ply;
 mod progress;
 mod sibling;
