@@ -1,7 +1,7 @@
 //! Triangle meshes: the user's coordinates and faces, untouched and in the user's order.
 
-pub mod generate;
 mod ear_clipping;
+pub mod generate;
 mod material;
 mod reflex_grid;
 mod triangulate;
