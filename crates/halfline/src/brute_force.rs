@@ -45,9 +45,9 @@ pub fn all(mesh: &Mesh, ray: &Ray, hits: &mut Vec<Hit>) {
 fn for_each_hit(mesh: &Mesh, ray: &Ray, mut found: impl FnMut(Hit, bool)) {
     let Some(prepared) = PreparedRay::new(ray) else { return };
     for face in 0..mesh.triangle_count() as u32 {
-        if let Some(contact) = prepared.meet(mesh.corners(face)) {
-            let hit = Hit { t: contact.t, face, u: contact.u, v: contact.v };
-            found(hit, contact.is_crossing);
+        let corners = mesh.corners(face);
+        if let Some(contact) = prepared.meet(corners) {
+            found(prepared.hit(contact.t, face, corners), contact.is_crossing);
         }
     }
 }

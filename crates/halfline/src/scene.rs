@@ -7,7 +7,7 @@ use crate::error::Result;
 use crate::geometry::{Hit, Ray};
 use crate::mesh::Mesh;
 use crate::progress::{Observer, Silent};
-use crate::traverse::{self, AllCrossings, AnyHit, ClosestHit, walk};
+use crate::traverse::{self, Stack};
 pub use crate::traverse::{AllHits, RayCounters};
 use crate::tree::{KdTree, TreeStatistics};
 
@@ -80,23 +80,17 @@ impl Scene {
 
     /// [`Scene::closest`], adding what it cost to `counters`.
     pub fn closest_counted(&self, ray: &Ray, counters: &mut RayCounters) -> Hit {
-        let mut closest = ClosestHit(Hit::MISS);
-        walk(&self.tree, &self.mesh, ray, &mut closest, counters);
-        closest.0
+        traverse::closest(&self.tree, &self.mesh, ray, &mut Stack::default(), counters)
     }
 
     /// True if one ray hits anything.
     pub fn any(&self, ray: &Ray) -> bool {
-        let mut any = AnyHit(false);
-        walk(&self.tree, &self.mesh, ray, &mut any, &mut RayCounters::default());
-        any.0
+        traverse::any(&self.tree, &self.mesh, ray, &mut Stack::default())
     }
 
     /// Appends every crossing of one ray to `hits`, sorted by t and then by face.
     pub fn all(&self, ray: &Ray, hits: &mut Vec<Hit>) {
-        let mut all = AllCrossings::appending_to(hits);
-        walk(&self.tree, &self.mesh, ray, &mut all, &mut RayCounters::default());
-        all.finish();
+        traverse::all(&self.tree, &self.mesh, ray, &mut Stack::default(), hits);
     }
 
     /// The closest hit of each ray, in parallel.

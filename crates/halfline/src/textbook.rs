@@ -17,7 +17,7 @@
 //! Different here from the usual pseudo-code, which is wrong in two places: a hit in the near
 //! cell is final only if it lies *before* the splitting plane (a triangle may reach out of its
 //! cell), and planes that touch an end of the interval, or hold the ray, have cases of their own.
-//! All comparisons with planes allow for rounding, see [`PLANE_DISTANCE_ERROR`].
+//! All comparisons with planes allow for rounding, see `PLANE_DISTANCE_ERROR`.
 
 use crate::geometry::{Aabb, Hit, Ray, Vec3};
 use crate::mesh::Mesh;
@@ -279,8 +279,9 @@ impl<'mesh> KdTree<'mesh> {
             Node::Leaf { triangles } => {
                 let mut closest = Hit::MISS;
                 for &face in triangles {
-                    if let Some(contact) = prepared.meet(self.mesh.corners(face)) {
-                        let hit = Hit { t: contact.t, face, u: contact.u, v: contact.v };
+                    let corners = self.mesh.corners(face);
+                    if let Some(contact) = prepared.meet(corners) {
+                        let hit = prepared.hit(contact.t, face, corners);
                         if is_nearer(&hit, &closest) {
                             closest = hit;
                         }
@@ -376,9 +377,9 @@ impl KdTree<'_> {
             match node {
                 Node::Leaf { triangles } => {
                     hits.extend(triangles.iter().filter_map(|&face| {
-                        let contact = prepared.meet(self.mesh.corners(face))?;
-                        let hit = Hit { t: contact.t, face, u: contact.u, v: contact.v };
-                        contact.is_crossing.then_some(hit)
+                        let corners = self.mesh.corners(face);
+                        let contact = prepared.meet(corners)?;
+                        contact.is_crossing.then(|| prepared.hit(contact.t, face, corners))
                     }));
                 }
                 Node::Inner { splitting_axis, splitting_coordinate, children } => {

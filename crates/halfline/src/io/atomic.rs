@@ -3,6 +3,7 @@
 use std::fs::{File, Metadata, OpenOptions, Permissions};
 use std::io::{BufWriter, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
+use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use tempfile::NamedTempFile;
 
@@ -33,8 +34,45 @@ enum Output {
     Beside {
         file: BufWriter<NamedTempFile>,
         target: PathBuf,
+        /// Dropped after the file, and so after its removal.
+        _listed: Listed,
     },
     Direct(BufWriter<File>),
+}
+
+/// The files of this process that are still beside their targets.
+static UNFINISHED: Mutex<Vec<PathBuf>> = Mutex::new(Vec::new());
+
+fn unfinished() -> MutexGuard<'static, Vec<PathBuf>> {
+    UNFINISHED.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// Removes what every [`AtomicFile`] of the process has written so far, and lets none of them be
+/// committed any more: for those who end the process while others still write.
+pub fn abandon_all() {
+    let unfinished = unfinished();
+    for path in &*unfinished {
+        let _ = std::fs::remove_file(path);
+    }
+    // Never unlocked again: a file begun or committed from now on would escape.
+    std::mem::forget(unfinished);
+}
+
+/// An entry of [`UNFINISHED`], for as long as this lives.
+#[derive(Debug)]
+struct Listed(PathBuf);
+
+impl Listed {
+    fn new(path: &Path, list: &mut Vec<PathBuf>) -> Listed {
+        list.push(path.to_owned());
+        Listed(path.to_owned())
+    }
+}
+
+impl Drop for Listed {
+    fn drop(&mut self) {
+        unfinished().retain(|path| *path != self.0);
+    }
 }
 
 /// What a path leads to.
@@ -59,8 +97,9 @@ impl AtomicFile {
                 Output::Direct(BufWriter::with_capacity(BUFFER_BYTES, file))
             }
             Target::Regular(target, existing) => {
-                let file = create_beside(&target, existing).map_err(failed)?;
-                Output::Beside { file: BufWriter::with_capacity(BUFFER_BYTES, file), target }
+                let (file, listed) = create_beside(&target, existing).map_err(failed)?;
+                let file = BufWriter::with_capacity(BUFFER_BYTES, file);
+                Output::Beside { file, target, _listed: listed }
             }
         };
         Ok(AtomicFile { path: path.to_owned(), output })
@@ -75,7 +114,7 @@ impl AtomicFile {
     pub fn commit(self) -> Result<()> {
         let AtomicFile { path, output } = self;
         let committed = match output {
-            Output::Beside { file, target } => replace(file, &target),
+            Output::Beside { file, target, _listed } => replace(file, &target),
             Output::Direct(mut file) => file.flush(),
         };
         committed.map_err(|e| Error::io(&path, e))
@@ -119,7 +158,10 @@ fn folder_of(path: &Path) -> &Path {
 }
 
 /// An empty file in the folder of `target`, with the permissions that `target` has or would get.
-fn create_beside(target: &Path, existing: Option<Metadata>) -> std::io::Result<NamedTempFile> {
+fn create_beside(
+    target: &Path,
+    existing: Option<Metadata>,
+) -> std::io::Result<(NamedTempFile, Listed)> {
     if target.file_name().is_none() {
         return Err(std::io::ErrorKind::IsADirectory.into());
     }
@@ -133,11 +175,15 @@ fn create_beside(target: &Path, existing: Option<Metadata>) -> std::io::Result<N
     if let Some(permissions) = ordinary_permissions() {
         builder.permissions(permissions);
     }
+    // One step for [`abandon_all`]: there is no file that is not listed.
+    let mut list = unfinished();
     let file = builder.tempfile_in(folder_of(target)).map_err(without_path)?;
+    let listed = Listed::new(file.path(), &mut list);
+    drop(list);
     if let Some(existing) = existing {
         file.as_file().set_permissions(existing.permissions())?;
     }
-    Ok(file)
+    Ok((file, listed))
 }
 
 /// Read and write for all, from which the operating system takes the umask away.
@@ -160,7 +206,11 @@ fn without_path(error: std::io::Error) -> std::io::Error {
 fn replace(file: BufWriter<NamedTempFile>, target: &Path) -> std::io::Result<()> {
     let file = file.into_inner().map_err(|e| e.into_error())?;
     file.as_file().sync_all()?;
-    file.persist(target).map_err(|e| e.error)?;
+    let list = unfinished();
+    let persisted = file.persist(target);
+    // Before the file is dropped, should it still be there.
+    drop(list);
+    persisted.map_err(|e| e.error)?;
     // The rename itself is durable once the folder is. Not every file system can do this, and
     // the file is whole either way.
     #[cfg(unix)]
@@ -239,6 +289,24 @@ mod tests {
         drop(file);
         assert_eq!(std::fs::read(&path).unwrap(), b"old");
         assert_eq!(names(folder.path()), ["out"]);
+    }
+
+    #[test]
+    fn files_are_listed_for_abandonment_exactly_while_they_are_unfinished() {
+        let folder = tempfile::tempdir().unwrap();
+        // Other tests run at the same time: only this folder's files count.
+        let listed = || {
+            unfinished().iter().filter(|path| path.starts_with(folder.path())).cloned().collect()
+        };
+        let first = AtomicFile::create(&folder.path().join("a")).unwrap();
+        let second = AtomicFile::create(&folder.path().join("b")).unwrap();
+        let both: Vec<PathBuf> = listed();
+        assert!(both.len() == 2 && both.iter().all(|path| path.is_file()), "{both:?}");
+        drop(first);
+        let one: Vec<PathBuf> = listed();
+        assert_eq!(one, both[1..]);
+        second.commit().unwrap();
+        assert_eq!(listed(), Vec::<PathBuf>::new());
     }
 
     #[test]

@@ -1,9 +1,11 @@
-//! Text formats: lines, fields, numbers, progress.
+//! Text formats in lines: lines, fields, progress.
 
 use std::path::Path;
 
 use memchr::memchr;
 
+use super::text;
+pub(super) use super::text::parse_integer as integer;
 use crate::error::{Error, Result};
 use crate::progress::{Observer, Stage};
 
@@ -71,7 +73,7 @@ impl<'a> Lines<'a> {
 
     /// The number of the line read last, for an error message.
     pub fn place(&self) -> String {
-        format!("line {}", self.number)
+        format!("line {}", self.number.max(1))
     }
 
     /// An error about the line read last.
@@ -136,35 +138,17 @@ fn is_blank(byte: u8) -> bool {
 /// A decimal number; not finite ones are numbers too.
 #[inline]
 pub(super) fn number(field: &[u8]) -> std::result::Result<f64, String> {
-    fast_float2::parse(field).map_err(|_| format!("{} is not a number", quoted(field)))
+    text::parse_f64(field).ok_or_else(|| format!("{} is not a number", quoted(field)))
 }
 
-/// A decimal integer; `None` if it is none or does not fit.
-#[inline]
-pub(super) fn integer(field: &[u8]) -> Option<i64> {
-    let (negative, digits) = match field {
-        [b'-', digits @ ..] => (true, digits),
-        [b'+', digits @ ..] => (false, digits),
-        digits => (false, digits),
-    };
-    // Eighteen digits always fit.
-    if digits.is_empty() || digits.len() > 18 {
-        return None;
-    }
-    let mut value = 0_i64;
-    for &digit in digits {
-        if !digit.is_ascii_digit() {
-            return None;
-        }
-        value = value * 10 + i64::from(digit - b'0');
-    }
-    Some(if negative { -value } else { value })
-}
-
-/// A field as it can stand in an error message: on one line, and not long.
+/// A field as it can stand in an error message.
 pub(super) fn quoted(field: &[u8]) -> String {
-    const MOST_BYTES: usize = 40;
-    let shown = &field[..field.len().min(MOST_BYTES)];
-    let dots = if field.len() > MOST_BYTES { "..." } else { "" };
-    format!("`{}{dots}`", String::from_utf8_lossy(shown).escape_debug())
+    format!("`{}`", text::excerpt(field))
+}
+
+/// Another library's message as it can stand in ours: on one line, and not long.
+pub(super) fn one_line(message: &str) -> String {
+    const MOST_CHARACTERS: usize = 200;
+    let plain = |c: char| if c.is_control() { ' ' } else { c };
+    message.trim().chars().take(MOST_CHARACTERS).map(plain).collect()
 }

@@ -1,10 +1,17 @@
 //! Bytes to meshes and back: one file per format.
 
 pub mod atomic;
+mod colors;
+mod gltf;
 mod gzip;
+mod lines;
 mod map;
+mod mtl;
+mod obj;
+mod off;
 mod ply;
 mod progress;
+mod sibling;
 mod stl;
 mod text;
 mod weld;
@@ -15,7 +22,7 @@ mod tests;
 use std::ffi::OsStr;
 use std::path::Path;
 
-pub use atomic::AtomicFile;
+pub use atomic::{AtomicFile, abandon_all};
 pub use map::Bytes;
 pub use ply::save as save_ply;
 
@@ -29,10 +36,13 @@ use crate::progress::Observer;
 enum Format {
     Ply,
     Stl,
+    Obj,
+    Off,
+    Gltf,
 }
 
 /// What [`load`] reads, for the error about everything else.
-const SUPPORTED: &str = "supported are PLY and STL, each also as .gz";
+const SUPPORTED: &str = "supported are PLY, STL, OBJ, OFF, glTF and GLB, each also as .gz";
 
 /// Enough of a file to tell its format.
 const START_BYTES: usize = 1024;
@@ -56,6 +66,7 @@ pub fn load(path: &Path, observer: &dyn Observer) -> Result<Mesh> {
     let content = gzip::inflate(path, &bytes, &inflating, &|content| match format {
         Format::Ply => ply::is_complete(content, limit),
         Format::Stl => stl::is_complete(content),
+        Format::Obj | Format::Off | Format::Gltf => false,
     })?;
     let reading =
         Portion { observer, before: inflating.share, share: total - inflating.share, total };
@@ -66,6 +77,9 @@ fn read(format: Format, path: &Path, bytes: &[u8], observer: &dyn Observer) -> R
     match format {
         Format::Ply => ply::read(path, bytes, observer),
         Format::Stl => stl::read(path, bytes, observer),
+        Format::Obj => obj::read(path, bytes, observer),
+        Format::Off => off::read(path, bytes, observer),
+        Format::Gltf => gltf::read(path, bytes, observer),
     }
 }
 
@@ -92,6 +106,10 @@ fn by_content(start: &[u8]) -> Option<Format> {
         Some(Format::Ply)
     } else if stl::is_stl(start) {
         Some(Format::Stl)
+    } else if start.starts_with(b"glTF") {
+        Some(Format::Gltf)
+    } else if off::is_off(start) {
+        Some(Format::Off)
     } else {
         None
     }
@@ -101,6 +119,9 @@ fn by_extension(name: &Path) -> Option<Format> {
     match &*extension(name) {
         "ply" => Some(Format::Ply),
         "stl" => Some(Format::Stl),
+        "obj" => Some(Format::Obj),
+        "off" => Some(Format::Off),
+        "gltf" | "glb" => Some(Format::Gltf),
         _ => None,
     }
 }
@@ -109,11 +130,3 @@ fn by_extension(name: &Path) -> Option<Format> {
 fn extension(path: &Path) -> String {
     path.extension().and_then(OsStr::to_str).unwrap_or_default().to_ascii_lowercase()
 }
-pub mod gltf;
-pub mod obj;
-pub mod off;
-
-mod colors;
-mod lines;
-mod mtl;
-mod sibling;

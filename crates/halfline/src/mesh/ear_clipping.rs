@@ -24,6 +24,9 @@ use crate::geometry::Vec3;
 /// (combs, spirals, stars, snowflakes), need at most 64.
 const BUDGET_PER_CORNER: u64 = 250;
 
+/// The most of all of these for one polygon: a few seconds, in which nobody can stop the work.
+const BUDGET_PER_POLYGON: u64 = 500_000_000;
+
 /// In place of the next corner: this one is no longer in the ring.
 const UNLINKED: u32 = u32::MAX;
 
@@ -81,7 +84,7 @@ impl EarClipping {
         }
         self.reflex_left = self.reflex.iter().filter(|&&reflex| reflex).count();
         self.grid.build(&self.points, (0..count).filter(|&i| self.reflex[i as usize]));
-        self.budget = BUDGET_PER_CORNER.saturating_mul(u64::from(count));
+        self.budget = (BUDGET_PER_CORNER * u64::from(count)).min(BUDGET_PER_POLYGON);
 
         // Go round the ring and clip ears until a triangle is left.
         let mut left = count;

@@ -60,8 +60,8 @@ impl ReflexGrid {
             self.cells_per_unit[axis] = self.sides[axis] as f64 / extents[axis];
         }
         // An axis without extent has one cell, and any scale will do.
-        for axis in 0..2 {
-            if extents[axis] == 0.0 {
+        for (axis, extent) in extents.into_iter().enumerate() {
+            if extent == 0.0 {
                 let other = self.cells_per_unit[1 - axis];
                 self.cells_per_unit[axis] = if other.is_finite() { other } else { 1.0 };
             }

@@ -66,20 +66,12 @@ impl PreparedRay {
 pub struct Contact {
     /// Ray parameter: the double nearest to the exact one.
     pub t: f64,
-    /// Barycentric weight of the second corner.
-    pub u: f64,
-    /// Barycentric weight of the third corner.
-    pub v: f64,
     /// True if the line, moved by an infinitesimal, crosses the triangle; a contact that is no
     /// crossing is one of a border edge or vertex, and counts for closest and any hit only.
     pub is_crossing: bool,
     /// From which side.
     pub orientation: Orientation,
 }
-
-/// Relative error of the edge functions up to which barycentrics are taken from them; beyond, as
-/// on slivers and at grazing angles, they come from exact sums.
-const BARYCENTRIC_ERROR: f64 = 1.0 / (1u64 << 42) as f64;
 
 impl PreparedRay {
     /// The contact with the closed triangle, if there is one with t in the ray's range.
@@ -142,9 +134,8 @@ impl PreparedRay {
             };
             sign == if positive { 1 } else { -1 }
         });
-        let (u, v) = self.barycentrics(&corners, &edges);
         let orientation = if positive { Orientation::Back } else { Orientation::Front };
-        Some(Contact { t, u, v, is_crossing, orientation })
+        Some(Contact { t, is_crossing, orientation })
     }
 
     /// The edge function of the edge opposite to corner `i`.
@@ -152,12 +143,39 @@ impl PreparedRay {
         exact_edge_function(self.origin, self.direction, corners[(i + 1) % 3], corners[(i + 2) % 3])
     }
 
-    /// Weights of the second and third corner: shares of the edge functions in their sum.
-    fn barycentrics(&self, corners: &[Vec3; 3], edges: &[Bounded; 3]) -> (f64, f64) {
-        let sum = (edges[0].value + edges[1].value) + edges[2].value;
-        let error = (edges[0].error + edges[1].error) + edges[2].error;
-        if error <= BARYCENTRIC_ERROR * sum.abs() {
-            return (edges[1].value / sum, edges[2].value / sum);
+    /// The hit for a contact at `t` with `face`, whose corners these are.
+    pub fn hit(&self, t: f64, face: u32, corners: [Vec3; 3]) -> Hit {
+        let (u, v) = self.barycentrics(&corners);
+        Hit { t, face, u, v }
+    }
+
+    /// Weights of the second and third corner in the point where the line meets the triangle,
+    /// to within [`BARYCENTRIC_ERROR`]: shares of the edge functions in their sum.
+    ///
+    /// The edge functions of [`PreparedRay::meet`] have the right signs, but for a small triangle
+    /// far from the origin nearly all of their bits cancel, so these are double-double.
+    fn barycentrics(&self, corners: &[Vec3; 3]) -> (f64, f64) {
+        let from_origin =
+            corners.map(|p| [0, 1, 2].map(|i| DoubleDouble::difference(p[i], self.origin[i])));
+        let mut values = [DoubleDouble { high: 0.0, low: 0.0 }; 3];
+        let mut permanent = 0.0;
+        for i in 0..3 {
+            let (p, q) = (&from_origin[(i + 1) % 3], &from_origin[(i + 2) % 3]);
+            for axis in 0..3 {
+                let (next, last) = ((axis + 1) % 3, (axis + 2) % 3);
+                let (left, right) = (p[next].times(q[last]), p[last].times(q[next]));
+                let minor = left.minus(right);
+                values[i] = values[i].plus(minor.times_double(self.direction[axis]));
+                permanent += (left.high.abs() + right.high.abs()) * self.direction[axis].abs();
+            }
+        }
+        let sum = values[0].plus(values[1]).plus(values[2]);
+        if PLANE_ERROR * permanent <= BARYCENTRIC_ERROR * sum.high.abs() {
+            // A weight of zero may have come out below zero by the error.
+            return (
+                values[1].divided_by(sum).high.clamp(0.0, 1.0),
+                values[2].divided_by(sum).high.clamp(0.0, 1.0),
+            );
         }
         let exact = [0, 1, 2].map(|i| self.exact_edge(corners, i));
         let sum = exact[0].plus(&exact[1]).plus(&exact[2]);
@@ -230,6 +248,9 @@ impl PreparedRay {
 /// more factor in double-double: a product (8 u^2), a difference (3), a product (8), two sums (6),
 /// and the rounding of the permanent itself, generously rounded up to 64 u^2.
 const PLANE_ERROR: f64 = 64.0 * UNIT_ROUNDOFF * UNIT_ROUNDOFF;
+
+/// Absolute error of barycentric weights: a quarter of a unit in the last place of 1.
+const BARYCENTRIC_ERROR: f64 = UNIT_ROUNDOFF / 2.0;
 
 /// Relative error of a double-double quotient, 16 u^2, doubled for the products of small errors.
 const QUOTIENT_ERROR: f64 = 32.0 * UNIT_ROUNDOFF * UNIT_ROUNDOFF;

@@ -4,8 +4,8 @@ use std::sync::atomic::{AtomicU64, Ordering};
 
 use rayon::prelude::*;
 
-use super::query::{AllCrossings, AnyHit, ClosestHit};
-use super::walk::{RayCounters, walk};
+use super::single;
+use super::walk::{RayCounters, Stack};
 use crate::error::Result;
 use crate::geometry::{Hit, Ray};
 use crate::mesh::Mesh;
@@ -49,14 +49,15 @@ fn cast<A: Clone + Send>(
     rays: &[Ray],
     miss: A,
     observer: &dyn Observer,
-    answer: impl Fn(&Ray) -> A + Sync,
+    answer: impl Fn(&Ray, &mut Stack) -> A + Sync,
 ) -> Result<Vec<A>> {
     let progress = Progress::start(observer, rays.len());
     let mut answers = vec![miss; rays.len()];
     answers.par_chunks_mut(CHUNK).zip(rays.par_chunks(CHUNK)).try_for_each(|(answers, rays)| {
         observer.check()?;
+        let mut stack = Stack::default();
         for (slot, ray) in answers.iter_mut().zip(rays) {
-            *slot = answer(ray);
+            *slot = answer(ray, &mut stack);
         }
         progress.advance(rays.len());
         Ok(())
@@ -71,10 +72,8 @@ pub fn intersect(
     rays: &[Ray],
     observer: &dyn Observer,
 ) -> Result<Vec<Hit>> {
-    cast(rays, Hit::MISS, observer, |ray| {
-        let mut closest = ClosestHit(Hit::MISS);
-        walk(tree, mesh, ray, &mut closest, &mut RayCounters::default());
-        closest.0
+    cast(rays, Hit::MISS, observer, |ray, stack| {
+        single::closest(tree, mesh, ray, stack, &mut RayCounters::default())
     })
 }
 
@@ -85,11 +84,7 @@ pub fn occluded(
     rays: &[Ray],
     observer: &dyn Observer,
 ) -> Result<Vec<bool>> {
-    cast(rays, false, observer, |ray| {
-        let mut any = AnyHit(false);
-        walk(tree, mesh, ray, &mut any, &mut RayCounters::default());
-        any.0
-    })
+    cast(rays, false, observer, |ray, stack| single::any(tree, mesh, ray, stack))
 }
 
 /// Every crossing of each ray.
@@ -106,10 +101,9 @@ pub fn intersect_all(
             observer.check()?;
             let mut ends = Vec::with_capacity(rays.len());
             let mut hits = Vec::new();
+            let mut stack = Stack::default();
             for ray in rays {
-                let mut all = AllCrossings::appending_to(&mut hits);
-                walk(tree, mesh, ray, &mut all, &mut RayCounters::default());
-                all.finish();
+                single::all(tree, mesh, ray, &mut stack, &mut hits);
                 ends.push(hits.len());
             }
             progress.advance(rays.len());

@@ -2,9 +2,10 @@
 
 mod batch;
 mod query;
+mod single;
 mod slab;
 mod walk;
 
 pub use batch::{AllHits, intersect, intersect_all, occluded};
-pub use query::{AllCrossings, AnyHit, ClosestHit};
-pub use walk::{RayCounters, walk};
+pub use single::{all, any, closest};
+pub use walk::{RayCounters, Stack};

@@ -1,12 +1,13 @@
 //! The questions that one walk through the tree answers.
 
-use crate::geometry::Hit;
-use crate::numeric::is_nearer;
+use crate::geometry::{Hit, Ray, Vec3};
+use crate::mesh::Mesh;
+use crate::numeric::{Contact, PreparedRay, is_nearer};
 
 /// What a walk does with the contacts that it finds.
 pub trait Query {
-    /// Takes a contact; `is_crossing` as in [`Contact`](crate::numeric::Contact).
-    fn offer(&mut self, hit: Hit, is_crossing: bool);
+    /// Takes the contact of `ray` with `face`, whose corners these are.
+    fn offer(&mut self, ray: &PreparedRay, contact: &Contact, face: u32, corners: [Vec3; 3]);
 
     /// The largest t that still matters, given the ray's own.
     fn t_max(&self, ray_t_max: f64) -> f64;
@@ -16,22 +17,40 @@ pub trait Query {
 }
 
 /// The contact with the smallest t; of equal ones that with the lowest face index.
-pub struct ClosestHit(
-    /// The best so far.
-    pub Hit,
-);
+pub struct ClosestHit {
+    nearest: Hit,
+}
+
+impl ClosestHit {
+    /// The hit, once the walk is over.
+    pub fn finish(self, ray: &Ray, mesh: &Mesh) -> Hit {
+        let Hit { t, face, .. } = self.nearest;
+        match PreparedRay::new(ray) {
+            Some(prepared) if self.nearest.is_hit() => prepared.hit(t, face, mesh.corners(face)),
+            _ => Hit::MISS,
+        }
+    }
+}
+
+impl Default for ClosestHit {
+    fn default() -> ClosestHit {
+        ClosestHit { nearest: Hit::MISS }
+    }
+}
 
 impl Query for ClosestHit {
     #[inline]
-    fn offer(&mut self, hit: Hit, _is_crossing: bool) {
-        if is_nearer(&hit, &self.0) {
-            self.0 = hit;
+    fn offer(&mut self, _ray: &PreparedRay, contact: &Contact, face: u32, _corners: [Vec3; 3]) {
+        // Barycentrics wait until it is known whose are wanted.
+        let hit = Hit { t: contact.t, face, ..Hit::MISS };
+        if is_nearer(&hit, &self.nearest) {
+            self.nearest = hit;
         }
     }
 
     #[inline]
     fn t_max(&self, ray_t_max: f64) -> f64 {
-        if self.0.is_hit() { self.0.t } else { ray_t_max }
+        if self.nearest.is_hit() { self.nearest.t } else { ray_t_max }
     }
 
     #[inline]
@@ -41,15 +60,16 @@ impl Query for ClosestHit {
 }
 
 /// Whether there is any contact.
-pub struct AnyHit(
+#[derive(Default)]
+pub struct AnyHit {
     /// True once one was found.
-    pub bool,
-);
+    pub found: bool,
+}
 
 impl Query for AnyHit {
     #[inline]
-    fn offer(&mut self, _hit: Hit, _is_crossing: bool) {
-        self.0 = true;
+    fn offer(&mut self, _ray: &PreparedRay, _contact: &Contact, _face: u32, _corners: [Vec3; 3]) {
+        self.found = true;
     }
 
     #[inline]
@@ -59,7 +79,7 @@ impl Query for AnyHit {
 
     #[inline]
     fn is_done(&self) -> bool {
-        self.0
+        self.found
     }
 }
 
@@ -94,9 +114,9 @@ impl<'hits> AllCrossings<'hits> {
 
 impl Query for AllCrossings<'_> {
     #[inline]
-    fn offer(&mut self, hit: Hit, is_crossing: bool) {
-        if is_crossing {
-            self.hits.push(hit);
+    fn offer(&mut self, ray: &PreparedRay, contact: &Contact, face: u32, corners: [Vec3; 3]) {
+        if contact.is_crossing {
+            self.hits.push(ray.hit(contact.t, face, corners));
         }
     }
 

@@ -8,7 +8,7 @@
 
 use super::query::Query;
 use super::slab::SlabRay;
-use crate::geometry::{Hit, Ray};
+use crate::geometry::Ray;
 use crate::mesh::Mesh;
 use crate::numeric::PreparedRay;
 use crate::tree::{KdTree, MAX_DEPTH, NodeKind};
@@ -24,6 +24,17 @@ pub struct RayCounters {
     pub triangles: u32,
 }
 
+/// The far children that wait: where they are entered, which pair they are of, and which of it. A
+/// walk holds at most one for each level, and the builder bounds the levels. It needs no clearing
+/// between walks, so it is made once for many rays.
+pub struct Stack([(f64, u32, u8); MAX_DEPTH]);
+
+impl Default for Stack {
+    fn default() -> Stack {
+        Stack([(0.0, 0, 0); MAX_DEPTH])
+    }
+}
+
 /// Shows `query` the contacts of the ray, until nothing more can matter.
 #[inline]
 pub fn walk<Q: Query>(
@@ -31,6 +42,7 @@ pub fn walk<Q: Query>(
     mesh: &Mesh,
     ray: &Ray,
     query: &mut Q,
+    stack: &mut Stack,
     counters: &mut RayCounters,
 ) {
     let Some(prepared) = PreparedRay::new(ray) else { return };
@@ -40,9 +52,7 @@ pub fn walk<Q: Query>(
         return;
     }
 
-    // The far children that wait: where they are entered, and which they are. A walk holds at most
-    // one for each level, and the builder bounds the levels.
-    let mut stack = [(0.0f64, 0u32, 0u8); MAX_DEPTH];
+    let stack = &mut stack.0;
     let mut waiting = 0;
     let mut node = &tree.root;
     loop {
@@ -71,9 +81,9 @@ pub fn walk<Q: Query>(
                 counters.leaves += 1;
                 counters.triangles += count;
                 for &face in tree.faces(first, count) {
-                    if let Some(contact) = prepared.meet(mesh.corners(face)) {
-                        let hit = Hit { t: contact.t, face, u: contact.u, v: contact.v };
-                        query.offer(hit, contact.is_crossing);
+                    let corners = mesh.corners(face);
+                    if let Some(contact) = prepared.meet(corners) {
+                        query.offer(&prepared, &contact, face, corners);
                     }
                 }
                 if query.is_done() {

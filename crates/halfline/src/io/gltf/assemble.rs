@@ -1,10 +1,11 @@
 //! Instances and primitives to one mesh.
 
-use std::collections::{BTreeMap, HashMap};
+use std::collections::HashMap;
+use std::collections::btree_map::{BTreeMap, Entry};
 
 use super::accessor::{Accessor, Component};
 use super::buffers::{Buffers, unsupported_extension};
-use super::document::{self, Shape};
+use super::document::Shape;
 use super::material;
 use super::scene_graph::{Instance, instances};
 use super::vertex_colors::{self, Coloring};
@@ -66,11 +67,13 @@ pub(super) fn assemble(buffers: &Buffers, bytes: u64, observer: &dyn Observer) -
     let mut parts: BTreeMap<u32, Parts> = BTreeMap::new();
     let (mut vertices, mut triangles) = (0_u64, 0_u64);
     for instance in &instances {
-        if !parts.contains_key(&instance.mesh) {
-            observer.check()?;
-            parts.insert(instance.mesh, Parts::of(buffers, instance.mesh)?);
-        }
-        let parts = &parts[&instance.mesh];
+        let parts = match parts.entry(instance.mesh) {
+            Entry::Occupied(entry) => entry.into_mut(),
+            Entry::Vacant(entry) => {
+                observer.check()?;
+                entry.insert(Parts::of(buffers, instance.mesh)?)
+            }
+        };
         vertices = vertices.saturating_add(parts.vertices);
         triangles = triangles.saturating_add(parts.triangles);
     }
@@ -162,8 +165,8 @@ impl Parts {
             let accessor = Accessor::new(buffers, positions)?;
             check_positions(&accessor)?;
             let vertex_count = accessor.count as u64;
-            let has_draco = |e: &Box<document::PrimitiveExtensions>| e.draco.is_some();
-            if accessor.has_no_data() && primitive.extensions.as_ref().is_some_and(has_draco) {
+            let has_draco = primitive.extensions.as_ref().is_some_and(|e| e.draco.is_some());
+            if accessor.has_no_data() && has_draco {
                 let place = format!("mesh {mesh} primitive {number}");
                 return Err(unsupported_extension(
                     buffers.path,

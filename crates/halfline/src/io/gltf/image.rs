@@ -2,6 +2,7 @@
 
 use std::io::Cursor;
 
+use zune_jpeg::errors::DecodeErrors;
 use zune_jpeg::zune_core::bytestream::ZCursor;
 use zune_jpeg::zune_core::colorspace::ColorSpace;
 use zune_jpeg::zune_core::options::DecoderOptions;
@@ -9,6 +10,7 @@ use zune_jpeg::zune_core::options::DecoderOptions;
 use super::buffers::{Buffers, Bytes, Refusal};
 use crate::error::{Error, Result};
 use crate::io::colors::linear_from_srgb;
+use crate::io::lines::one_line;
 
 /// The most pixels of an image, whatever the size of its file: 4096 x 4096 ...
 const PIXELS_ALWAYS_ALLOWED: u64 = 1 << 24;
@@ -125,7 +127,8 @@ fn check_size(width: usize, height: usize, most: u64) -> std::result::Result<(),
 }
 
 fn decode_png(bytes: &[u8], most: u64) -> std::result::Result<Pixels, String> {
-    let broken = |error: png::DecodingError| format!("broken PNG: {error}");
+    let broken =
+        |error: png::DecodingError| format!("broken PNG: {}", one_line(&error.to_string()));
     // The decoder's own buffers: two rows, at most sixteen bits in four channels, and its window.
     let limits = png::Limits { bytes: 1 << 26 };
     let mut decoder = png::Decoder::new_with_limits(Cursor::new(bytes), limits);
@@ -152,7 +155,7 @@ fn decode_png(bytes: &[u8], most: u64) -> std::result::Result<Pixels, String> {
 }
 
 fn decode_jpeg(bytes: &[u8], most: u64) -> std::result::Result<Pixels, String> {
-    let broken = |error| format!("broken JPEG: {error:?}");
+    let broken = |error: DecodeErrors| format!("broken JPEG: {}", one_line(&error.to_string()));
     let options = DecoderOptions::default().jpeg_set_out_colorspace(ColorSpace::RGB);
     let mut decoder = zune_jpeg::JpegDecoder::new_with_options(ZCursor::new(bytes), options);
     decoder.decode_headers().map_err(broken)?;

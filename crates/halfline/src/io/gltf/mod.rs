@@ -78,7 +78,7 @@ fn parse(path: &Path, json: &[u8]) -> Result<Document> {
         if let Some(end) = reason.rfind(" at line ") {
             reason.truncate(end);
         }
-        Error::format(path, place, reason)
+        Error::format(path, place, super::lines::one_line(&reason))
     };
     let json = json.strip_prefix(b"\xef\xbb\xbf").unwrap_or(json);
 

@@ -11,6 +11,7 @@ use super::layout::{self, CHUNK_RECORDS, Extent, Failure, FixedProperty, Records
 use super::scalar::{Number, Scalar};
 use super::schema::Schema;
 use crate::error::{Error, Result};
+use crate::io::map::zeroed;
 use crate::io::progress::ByteProgress;
 use crate::mesh::Positions;
 use crate::progress::Observer;
@@ -126,18 +127,29 @@ impl<const BIG: bool> Table<'_, BIG> {
         convert: impl Fn(&[u8], &[FixedProperty]) -> T + Sync,
         check: impl Fn(usize, &[T]) -> Result<()> + Sync,
     ) -> Result<Vec<T>> {
-        // Zeroed pages come from the operating system untouched, so that each thread is the first
-        // to touch those that it fills.
-        let mut items = vec![zero; self.count()];
+        let mut items = zeroed(zero, self.count());
         let results: Vec<Result<()>> = items
             .par_chunks_mut(CHUNK_RECORDS)
             .enumerate()
             .map(|(chunk, items)| {
                 let first = chunk * CHUNK_RECORDS;
-                let size = self.visit_chunk(chunk, |record, bytes, properties| {
-                    items[record - first] = convert(bytes, properties);
-                    Ok(())
-                })?;
+                let size = match &self.extent.records {
+                    Records::Fixed { stride, properties } => {
+                        self.progress.check()?;
+                        let start = self.extent.bytes.start + first * stride;
+                        let records = &self.bytes[start..start + items.len() * stride];
+                        for (item, record) in items.iter_mut().zip(records.chunks_exact(*stride)) {
+                            *item = convert(record, properties);
+                        }
+                        records.len()
+                    }
+                    Records::Varying { .. } => {
+                        self.visit_chunk(chunk, |record, bytes, properties| {
+                            items[record - first] = convert(bytes, properties);
+                            Ok(())
+                        })?
+                    }
+                };
                 check(first, items)?;
                 self.progress.add(size)
             })
@@ -165,6 +177,7 @@ fn unchecked<T>(_: usize, _: &[T]) -> Result<()> {
 
 fn read_positions<const BIG: bool>(vertices: &Table<BIG>, schema: &Schema) -> Result<Positions> {
     let xyz = schema.position;
+    let [x, y, z] = xyz;
     let types = xyz.map(|property| vertices.scalar(property));
     let real = |axis: usize, bytes: &[u8], properties: &[FixedProperty]| {
         types[axis].real::<BIG>(&bytes[properties[xyz[axis]].offset..])
@@ -173,7 +186,9 @@ fn read_positions<const BIG: bool>(vertices: &Table<BIG>, schema: &Schema) -> Re
         Positions::F32(vertices.fill(
             [0.0; 3],
             |bytes, properties| {
-                xyz.map(|property| f32::read::<BIG>(&bytes[properties[property].offset..]))
+                let read =
+                    |property: usize| f32::read::<BIG>(&bytes[properties[property].offset..]);
+                [read(x), read(y), read(z)]
             },
             unchecked,
         )?)
@@ -181,7 +196,9 @@ fn read_positions<const BIG: bool>(vertices: &Table<BIG>, schema: &Schema) -> Re
         Positions::F64(vertices.fill(
             [0.0; 3],
             |bytes, properties| {
-                xyz.map(|property| f64::read::<BIG>(&bytes[properties[property].offset..]))
+                let read =
+                    |property: usize| f64::read::<BIG>(&bytes[properties[property].offset..]);
+                [read(x), read(y), read(z)]
             },
             unchecked,
         )?)
@@ -270,7 +287,8 @@ fn read_triangles<const BIG: bool>(
         [0; 3],
         |bytes, properties| {
             let corners = &bytes[properties[list].offset..][..12];
-            [0, 4, 8].map(|at| u32::read::<BIG>(&corners[at..]))
+            let corner = |at: usize| u32::read::<BIG>(&corners[at..]);
+            [corner(0), corner(4), corner(8)]
         },
         |first, triangles| {
             let largest = triangles.iter().fold(0, |m, &[a, b, c]| m.max(a).max(b).max(c));

@@ -147,6 +147,8 @@ mod tests {
         assert_eq!(Scalar::F64.color_byte(f64::NAN), 0);
         assert_eq!(Scalar::U16.color_byte(65535.0), 255);
         assert_eq!(Scalar::U16.color_byte(257.0), 1);
+        assert_eq!(Scalar::U16.color_byte(129.0), 1);
+        assert_eq!(Scalar::U16.color_byte(128.0), 0);
         assert_eq!(Scalar::I32.color_byte(-3.0), 0);
         assert_eq!(Scalar::U8.color_byte(200.0), 200);
     }

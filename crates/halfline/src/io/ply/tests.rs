@@ -520,6 +520,10 @@ fn the_first_wrong_face_is_named_whatever_the_threads() {
         bytes[start + face * 13 + 8] = 0xff;
     }
     assert!(error_of(&bytes).contains("face 40000: vertex index -"));
+    let text = String::from_utf8(large("ascii", None)).unwrap();
+    let text = text.replace("\n3 60000 ", "\n3 x ").replace("\n3 69000 ", "\n3 y ");
+    let line = 10 + 70_000 + 60_001;
+    assert!(error_of(text.as_bytes()).contains(&format!("line {line}: 'x' is not a whole")));
 }
 
 fn any_mesh() -> impl Strategy<Value = Mesh> {

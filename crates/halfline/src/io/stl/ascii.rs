@@ -12,7 +12,7 @@ use crate::io::progress::ByteProgress;
 use crate::io::text::{excerpt, parse_f32, parse_f64, single_precision_reproduces};
 
 /// Bytes parsed as one parallel piece of work; up to the end of a facet.
-const BLOCK_BYTES: usize = 256 << 10;
+pub(super) const BLOCK_BYTES: usize = 256 << 10;
 
 /// The corners of all facets.
 pub struct Facets {
@@ -95,7 +95,7 @@ fn nesting_error(inside: bool) -> String {
 }
 
 /// The end of the first line `endfacet` that ends after `least`, or of the file.
-fn end_of_block(bytes: &[u8], least: usize) -> usize {
+pub(super) fn end_of_block(bytes: &[u8], least: usize) -> usize {
     let mut start = least;
     while start < bytes.len() {
         let Some(length) = memchr::memchr2(b'\n', b'\r', &bytes[start..]) else {

@@ -121,5 +121,6 @@ fn read_binary(path: &Path, bytes: &[u8], progress: &ByteProgress) -> Result<Wel
 fn corners(facet: &[u8]) -> [[f32; 3]; 3] {
     let number =
         |at: usize| f32::from_le_bytes([facet[at], facet[at + 1], facet[at + 2], facet[at + 3]]);
-    [12, 24, 36].map(|at| [number(at), number(at + 4), number(at + 8)])
+    let corner = |at: usize| [number(at), number(at + 4), number(at + 8)];
+    [corner(12), corner(24), corner(36)]
 }

@@ -24,7 +24,7 @@ fn binary(header: &[u8], facets: &[[[f32; 3]; 3]]) -> Vec<u8> {
     bytes
 }
 
-fn ascii(facets: &[[[f32; 3]; 3]]) -> String {
+fn ascii_text(facets: &[[[f32; 3]; 3]]) -> String {
     let mut text = "solid a tetrahedron\n".to_owned();
     for facet in facets {
         text += "facet normal 0 0 1e0\nouter loop\n";
@@ -69,7 +69,7 @@ fn binary_files_are_read_whatever_their_header_says() {
 
 #[test]
 fn ascii_files_are_read_in_all_styles() {
-    let text = ascii(&TETRAHEDRON);
+    let text = ascii_text(&TETRAHEDRON);
     assert_tetrahedron(text.as_bytes());
     assert_tetrahedron(text.replace('\n', "\r\n").as_bytes());
     assert_tetrahedron(text.replace('\n', "\r").as_bytes());
@@ -86,24 +86,25 @@ fn ascii_files_are_read_in_all_styles() {
 
 #[test]
 fn several_solids_are_one_mesh() {
-    let text = [ascii(&TETRAHEDRON[..1]), ascii(&[]), ascii(&TETRAHEDRON[1..])].concat();
+    let text =
+        [ascii_text(&TETRAHEDRON[..1]), ascii_text(&[]), ascii_text(&TETRAHEDRON[1..])].concat();
     assert_tetrahedron(text.as_bytes());
     assert_eq!(read_bytes(b"solid\nendsolid\n").unwrap().triangle_count(), 0);
 }
 
 #[test]
 fn coordinates_with_more_digits_than_single_precision_stay_double() {
-    let text = ascii(&TETRAHEDRON).replace("vertex 1e0 ", "vertex 412345.678 ");
+    let text = ascii_text(&TETRAHEDRON).replace("vertex 1e0 ", "vertex 412345.678 ");
     let mesh = read_bytes(text.as_bytes()).unwrap();
     assert_eq!(mesh.positions().get(2).x, 412_345.678);
-    let text = ascii(&TETRAHEDRON).replace("vertex 1e0 ", "vertex 0.1000000015 ");
+    let text = ascii_text(&TETRAHEDRON).replace("vertex 1e0 ", "vertex 0.1000000015 ");
     let mesh = read_bytes(text.as_bytes()).unwrap();
     assert!(matches!(mesh.positions(), Positions::F32(p) if p[2][0] == 0.1));
 }
 
 #[test]
 fn values_that_are_not_finite_are_kept() {
-    let text = ascii(&TETRAHEDRON).replace("vertex 1e0 0", "vertex -nan(ind) inf");
+    let text = ascii_text(&TETRAHEDRON).replace("vertex 1e0 0", "vertex -nan(ind) inf");
     let mesh = read_bytes(text.as_bytes()).unwrap();
     let vertex = mesh.positions().get(2);
     assert!(vertex.x.is_nan() && vertex.y == f64::INFINITY);
@@ -118,7 +119,7 @@ fn every_truncation_is_an_error_or_harmless() {
         let expected = if text { "endsolid" } else { "facet" };
         assert!(error.contains(expected) || error.contains("at least 84 bytes"), "{error}");
     }
-    let text = ascii(&TETRAHEDRON);
+    let text = ascii_text(&TETRAHEDRON);
     let end = text.rfind("endsolid").unwrap() + "endsolid".len();
     for length in 0..end {
         error_of(&text.as_bytes()[..length]);
@@ -130,7 +131,7 @@ fn every_truncation_is_an_error_or_harmless() {
 
 #[test]
 fn wrong_files_are_named() {
-    let text = ascii(&TETRAHEDRON);
+    let text = ascii_text(&TETRAHEDRON);
     let change = |old: &str, new: &str| error_of(text.replacen(old, new, 1).as_bytes());
     for (old, new, expected) in [
         ("vertex 0e0 1 0.000\n", "", "line 6: a facet with 2 vertices instead of 3"),
@@ -165,23 +166,28 @@ fn blocks_are_put_together_in_order() {
     };
     let facets: Vec<_> = (0..40_000).map(facet).collect();
     let expected = read_bytes(&binary(b"", &facets)).unwrap();
-    let text = ascii(&facets);
+    let text = ascii_text(&facets);
     assert!(text.len() > 10 * (256 << 10));
     assert_eq!(read_bytes(text.as_bytes()).unwrap(), expected);
     for (i, facet) in facets.iter().enumerate() {
         let corners = expected.corners(i as u32).map(|c| c.to_array().map(|x| x as f32));
         assert_eq!(corners, *facet);
     }
-    // Nesting is checked across blocks, and lines are counted through all of them.
-    let place = text[text.len() / 2..].find("endfacet\n").unwrap() + text.len() / 2;
-    let line = text[..place].matches('\n').count() + 2;
-    let (before, after) = text.split_at(place + "endfacet\n".len());
-    let error = error_of(format!("{before}endsolid\n{after}").as_bytes());
-    assert!(error.contains(&format!("line {}: a facet or", line + 1)), "{error}");
-    let error = error_of(format!("{before}solid\n{after}").as_bytes());
-    assert!(error.contains(&format!("line {line}: a 'solid' inside")), "{error}");
-    let mesh = read_bytes(format!("{before}endsolid\nsolid\n{after}").as_bytes()).unwrap();
-    assert_eq!(mesh, expected);
+    // Nesting is checked within and across blocks, and lines are counted through all of them.
+    let cut = ascii::end_of_block(text.as_bytes(), ascii::BLOCK_BYTES);
+    assert!(text[cut..].starts_with("facet"));
+    for place in [cut, text.len() / 2 + text[text.len() / 2..].find("facet normal").unwrap()] {
+        let line = text[..place].matches('\n').count() + 1;
+        let (before, after) = text.split_at(place);
+        let error = error_of(format!("{before}endsolid\n{after}").as_bytes());
+        assert!(error.contains(&format!("line {}: a facet or", line + 1)), "{error}");
+        let error = error_of(format!("{before}solid\n{after}").as_bytes());
+        assert!(error.contains(&format!("line {line}: a 'solid' inside")), "{error}");
+        let error = error_of(format!("{before}what\n{after}").as_bytes());
+        assert!(error.contains(&format!("line {line}: expected 'facet' or")), "{error}");
+        let mesh = read_bytes(format!("{before}endsolid\nsolid\n{after}").as_bytes()).unwrap();
+        assert_eq!(mesh, expected);
+    }
 }
 
 proptest! {
@@ -193,7 +199,7 @@ proptest! {
         changes in proptest::collection::vec((any::<prop::sample::Index>(), any::<u8>()), 1..6),
     ) {
         let mut bytes =
-            if text { ascii(&TETRAHEDRON).into_bytes() } else { binary(b"solid", &TETRAHEDRON) };
+            if text { ascii_text(&TETRAHEDRON).into_bytes() } else { binary(b"solid", &TETRAHEDRON) };
         for (place, value) in changes {
             let place = place.index(bytes.len());
             bytes[place] = value;

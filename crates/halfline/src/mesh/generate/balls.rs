@@ -7,10 +7,10 @@
 use crate::error::Result;
 use crate::geometry::{Vec3, vec3};
 use crate::mesh::Mesh;
-use crate::progress::Observer;
 
 use super::View;
 use super::assembly::{Assembly, Shape, haines_material, nearest_tessellation};
+use super::fill::Progress;
 
 /// The camera of the Standard Procedural Databases.
 pub const VIEW: View = View {
@@ -33,7 +33,7 @@ const DOWNWARDS: f64 = 1e-12;
 const MERIDIANS: usize = 8;
 
 /// See [`Kind::Balls`](super::Kind::Balls).
-pub fn balls(triangles: usize, observer: &dyn Observer) -> Result<Mesh> {
+pub fn balls(triangles: usize, progress: &Progress) -> Result<Mesh> {
     let wanted = triangles.saturating_sub(2);
     let mut generations = 1;
     while count(generations + 1, MERIDIANS, MERIDIANS / 2) <= wanted {
@@ -54,7 +54,7 @@ pub fn balls(triangles: usize, observer: &dyn Observer) -> Result<Mesh> {
     let corner = |x: f64, y: f64| vec3(FLOOR * x, FLOOR * y, -RADIUS);
     scene.quad([corner(1.0, 1.0), corner(-1.0, 1.0), corner(-1.0, -1.0), corner(1.0, -1.0)], floor);
     let flake = Flake { spheres, nine: nine(), mirror };
-    flake.grow(&mut scene, 0, Vec3::ZERO, RADIUS, vec3(0.0, 0.0, 1.0), observer)?;
+    flake.grow(&mut scene, 0, Vec3::ZERO, RADIUS, vec3(0.0, 0.0, 1.0), progress)?;
     scene.finish()
 }
 
@@ -63,7 +63,7 @@ fn finer(segments: usize, stacks: usize, generations: u32) -> (usize, usize) {
     let power = 3usize.pow(generations / 2);
     let scale = |n: usize| {
         // 97 / 56 is the square root of three to four digits.
-        if generations % 2 == 0 { n * power } else { (n * power * 97).div_ceil(56) }
+        if generations.is_multiple_of(2) { n * power } else { (n * power * 97).div_ceil(56) }
     };
     (scale(segments), scale(stacks))
 }
@@ -131,10 +131,10 @@ impl Flake {
         center: Vec3,
         radius: f64,
         up: Vec3,
-        observer: &dyn Observer,
+        progress: &Progress,
     ) -> Result<()> {
         let Some(sphere) = self.spheres.get(generation) else { return Ok(()) };
-        observer.check()?;
+        progress.check()?;
         scene.shape(sphere, self.mirror, |p| center + p * radius);
         for child in self.nine {
             let direction = turn_up_to(up, child);
@@ -147,7 +147,7 @@ impl Flake {
                 center + direction * distance,
                 radius / 3.0,
                 direction,
-                observer,
+                progress,
             )?;
         }
         Ok(())

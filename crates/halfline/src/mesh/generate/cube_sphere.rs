@@ -210,7 +210,7 @@ fn tiles(side: usize, order: Order) -> Vec<(u8, u32, u32)> {
     for face in 0..6 {
         for row in 0..across {
             for i in 0..across {
-                let column = if row % 2 == 0 { i } else { across - 1 - i };
+                let column = if row.is_multiple_of(2) { i } else { across - 1 - i };
                 tiles.push((face, (row * TILE) as u32, (column * TILE) as u32));
             }
         }

@@ -64,8 +64,8 @@ impl Echinoid {
         // Mercator's latitude: the logarithm of the tangent of half the polar angle.
         let mercator = log(across / (1.0 + plan.z).max(1e-9));
 
-        let worn = smooth_step(0.10, 0.55, self.wear.fractal(direction * 1.9, 3));
-        let relief = self.plates(fifths, mercator, across, polar) * mix_linear(1.0, 0.22, worn);
+        let worn = smooth_step(0.18, 0.60, self.wear.fractal(direction * 1.9, 3));
+        let relief = self.plates(fifths, mercator, across, polar) * mix_linear(1.0, 0.28, worn);
         let radius = self.base(polar, fifths, direction) + relief + self.surface(direction, worn);
         flatten(direction * radius)
     }
@@ -162,15 +162,26 @@ impl Echinoid {
 
     /// What time has done: dents, cracks, crust on what is worn, and grain.
     fn surface(&self, direction: Vec3, worn: f64) -> f64 {
-        let crust = worn * 0.016 * self.crust.fractal(direction * 9.0, 4) * self.carried(0.1);
-        let vein = self.crust.fractal(direction * 2.3 + vec3(9.0, 4.0, 6.0), 3).abs();
-        let crack = -0.016
-            * smooth_step(0.016, 0.0, vein)
-            * smooth_step(-0.1, 0.25, self.wear.at(direction * 1.3 + vec3(5.0, 8.0, 1.0)))
-            * self.carried(0.02);
-        let pits = self.grain.at(direction * 34.0);
-        let pits = -0.010 * smooth_step(0.42, 0.75, pits) * self.carried(0.02);
-        let grain = 0.0016 * self.grain.fractal(direction * 70.0, 2) * self.carried(0.012);
+        let crust = match worn * self.carried(0.1) {
+            0.0 => 0.0,
+            weight => 0.016 * weight * self.crust.fractal(direction * 9.0, 4),
+        };
+        let fragile = smooth_step(-0.1, 0.25, self.wear.at(direction * 1.3 + vec3(5.0, 8.0, 1.0)));
+        let crack = match fragile * self.carried(0.02) {
+            0.0 => 0.0,
+            weight => {
+                let vein = self.crust.fractal(direction * 2.3 + vec3(9.0, 4.0, 6.0), 3).abs();
+                -0.016 * weight * smooth_step(0.016, 0.0, vein)
+            }
+        };
+        let pits = match self.carried(0.02) {
+            0.0 => 0.0,
+            weight => -0.010 * weight * smooth_step(0.42, 0.75, self.grain.at(direction * 34.0)),
+        };
+        let grain = match self.carried(0.012) {
+            0.0 => 0.0,
+            weight => 0.0016 * weight * self.grain.fractal(direction * 70.0, 2),
+        };
         crust + crack + pits + grain
     }
 }

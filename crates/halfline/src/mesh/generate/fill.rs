@@ -11,22 +11,54 @@ use crate::progress::{Observer, Stage};
 /// dearest kind.
 const CHUNK: usize = 8192;
 
-/// The array of `value(0), ..., value(count - 1)`, reporting elements as [`Stage::Load`].
+/// How far the generation of one mesh has come, in triangles.
+pub struct Progress<'a> {
+    observer: &'a dyn Observer,
+    done: AtomicU64,
+    total: u64,
+}
+
+impl Progress<'_> {
+    /// Nothing of `total` triangles yet.
+    pub fn new(observer: &dyn Observer, total: usize) -> Progress<'_> {
+        Progress { observer, done: AtomicU64::new(0), total: total as u64 }
+    }
+
+    /// `Err(Error::Interrupted)` once the work should end.
+    pub fn check(&self) -> Result<()> {
+        self.observer.check()
+    }
+
+    /// Reports that all is done.
+    pub fn finish(&self) {
+        self.observer.report(Stage::Load, self.total, self.total);
+    }
+
+    /// Reports that so many more are done.
+    pub fn advance(&self, triangles: u64) {
+        let done = self.done.fetch_add(triangles, Ordering::Relaxed) + triangles;
+        self.observer.report(Stage::Load, done.min(self.total), self.total);
+    }
+}
+
+/// The array of `value(0), ..., value(count - 1)`. To the progress of the whole mesh it counts as
+/// much as `share` triangles.
 pub fn fill<T: Copy + Default + Send + Sync>(
     count: usize,
-    observer: &dyn Observer,
+    share: usize,
+    progress: &Progress,
     value: impl Fn(usize) -> T + Sync,
 ) -> Result<Vec<T>> {
     let mut items: Vec<T> = reserved(count)?;
     items.resize(count, T::default());
-    let done = AtomicU64::new(0);
     items.par_chunks_mut(CHUNK).enumerate().try_for_each(|(chunk, part)| {
-        observer.check()?;
+        progress.check()?;
+        let start = chunk * CHUNK;
         for (i, item) in part.iter_mut().enumerate() {
-            *item = value(chunk * CHUNK + i);
+            *item = value(start + i);
         }
-        let before = done.fetch_add(part.len() as u64, Ordering::Relaxed);
-        observer.report(Stage::Load, before + part.len() as u64, count as u64);
+        let shares = |elements: usize| (elements as u128 * share as u128 / count as u128) as u64;
+        progress.advance(shares(start + part.len()) - shares(start));
         Ok::<(), Error>(())
     })?;
     Ok(items)

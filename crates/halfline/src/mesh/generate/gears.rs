@@ -6,10 +6,10 @@ use libm::{cos, sin};
 use crate::error::Result;
 use crate::geometry::{Vec3, vec3};
 use crate::mesh::Mesh;
-use crate::progress::Observer;
 
 use super::View;
 use super::assembly::{Assembly, Shape, haines_material};
+use super::fill::Progress;
 
 /// The camera of the Standard Procedural Databases.
 pub const VIEW: View = View {
@@ -30,7 +30,7 @@ const TIP_RATIO: f64 = 0.995;
 const TRIANGLES_PER_GEAR: usize = 2 * (4 * TEETH - 2) + 2 * 4 * TEETH;
 
 /// See [`Kind::Gears`](super::Kind::Gears).
-pub fn gears(triangles: usize, observer: &dyn Observer) -> Result<Mesh> {
+pub fn gears(triangles: usize, progress: &Progress) -> Result<Mesh> {
     let count = |size: usize| size * size * size * TRIANGLES_PER_GEAR + 2;
     let mut size = 1;
     while count(size + 1).abs_diff(triangles) < count(size).abs_diff(triangles) {
@@ -52,7 +52,7 @@ pub fn gears(triangles: usize, observer: &dyn Observer) -> Result<Mesh> {
     let shapes = [gear(0.0), gear(std::f64::consts::PI / TEETH as f64)];
     for z in 0..size {
         for y in 0..size {
-            observer.check()?;
+            progress.check()?;
             for x in 0..size {
                 let color = color(x, y, z);
                 let material = if (4 * x + 2 * y + z) % 5 == 0 {

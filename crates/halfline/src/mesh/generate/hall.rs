@@ -7,19 +7,19 @@
 use crate::error::Result;
 use crate::geometry::{Vec3, vec3};
 use crate::mesh::Mesh;
-use crate::progress::Observer;
 
 use super::View;
 use super::assembly::Assembly;
 use super::cube_sphere::CubeSphere;
+use super::fill::{Progress, single};
 use super::hall_structure::{Detail, LEVELS, Materials, PLINTHS, build, plinth};
 use super::random::mix;
-use super::scan::scanned;
+use super::scan::{Surface, scanned};
 
 /// From a visitor's eyes near one end, down the nave.
 pub const VIEW: View = View {
-    from: vec3(-21.0, -2.6, 2.1),
-    at: vec3(6.0, 1.2, 4.4),
+    from: vec3(-21.6, 0.7, 1.75),
+    at: vec3(6.0, -0.6, 4.9),
     up: vec3(0.0, 0.0, 1.0),
     angle_degrees: 62.0,
 };
@@ -31,11 +31,11 @@ const FOSSIL: usize = 12;
 const EXHIBITS: usize = 4;
 
 /// See [`Kind::Hall`](super::Kind::Hall).
-pub fn hall(triangles: usize, seed: u64, observer: &dyn Observer) -> Result<Mesh> {
+pub fn hall(triangles: usize, seed: u64, progress: &Progress) -> Result<Mesh> {
     // The most detailed hall that leaves enough for the exhibits; the barest if none does.
     let mut chosen = None;
     for detail in LEVELS.iter().rev() {
-        observer.check()?;
+        progress.check()?;
         let exhibits = if detail.exhibits { PLINTHS * FOSSIL } else { 0 };
         let size = built(detail, 0)?.0.triangle_count();
         if size + exhibits.max(triangles / 8 * EXHIBITS * usize::from(detail.exhibits)) <= triangles
@@ -54,10 +54,11 @@ pub fn hall(triangles: usize, seed: u64, observer: &dyn Observer) -> Result<Mesh
 
     let rest = triangles - size;
     let (mut scene, materials) = built(detail, rest)?;
+    progress.advance(size as u64);
     let mut left = rest;
     for index in 0..PLINTHS {
         let share = left / (PLINTHS - index);
-        let (positions, triangles) = fossil(index, share, seed, observer)?;
+        let (positions, triangles) = fossil(index, share, seed, progress)?;
         left -= triangles.len();
         scene.raw(&positions, &triangles, materials.fossil);
     }
@@ -73,21 +74,16 @@ fn built(detail: &Detail, more: usize) -> Result<(Assembly, Materials)> {
 }
 
 /// The fossil on plinth `index`, of at most `triangles`, no less than twelve.
-fn fossil(
-    index: usize,
-    triangles: usize,
-    seed: u64,
-    observer: &dyn Observer,
-) -> Result<(Vec<[f32; 3]>, Vec<[u32; 3]>)> {
+fn fossil(index: usize, triangles: usize, seed: u64, progress: &Progress) -> Result<Surface> {
     debug_assert!(triangles >= CubeSphere::SMALLEST);
     let (mut positions, triangles) =
-        scanned(triangles, mix(seed.wrapping_add(index as u64)), observer)?;
+        scanned(triangles, mix(seed.wrapping_add(index as u64)), progress)?;
     let (top, size) = plinth(index);
     // Each is turned about the vertical by 36 degrees more than the one before, and leans
     // towards the nave so that visitors see its plates.
     let (turn_sine, turn_cosine) =
         (libm::sin(0.628 * index as f64), libm::cos(0.628 * index as f64));
-    let lean = if top.y > 0.0 { 0.5 } else { -0.5 };
+    let lean = if top.y > 0.0 { 0.6 } else { -0.6 };
     let (lean_sine, lean_cosine) = (libm::sin(lean), libm::cos(lean));
     let place = |p: Vec3| {
         let (x, y) = (turn_cosine * p.x - turn_sine * p.y, turn_sine * p.x + turn_cosine * p.y);
@@ -95,7 +91,7 @@ fn fossil(
         top + vec3(x, y, z) * size
     };
     for p in &mut positions {
-        *p = super::fill::single(place((*p).into()));
+        *p = single(place((*p).into()));
     }
     // Let it down until its lowest vertex touches the plinth.
     let lowest = positions.iter().fold(f32::INFINITY, |low, p| low.min(p[2]));

@@ -1,7 +1,7 @@
 //! The hall without its exhibits, in several levels of detail.
 
 use libm::{cos, sin};
-use std::f64::consts::{PI, TAU};
+use std::f64::consts::PI;
 
 use crate::error::Result;
 use crate::geometry::{Vec3, vec3};
@@ -10,12 +10,12 @@ use crate::mesh::Material;
 use super::assembly::{Assembly, Shape};
 
 /// Half the hall's length, half its width, and the height of its walls.
-const LENGTH: f64 = 24.0;
+const LENGTH: f64 = 22.5;
 const WIDTH: f64 = 10.0;
-const WALL: f64 = 11.6;
+pub const WALL: f64 = 11.6;
 
 /// The nave's columns stand at this distance from the middle, this far from each other.
-const NAVE: f64 = 6.5;
+pub const NAVE: f64 = 6.5;
 const BAY: f64 = 5.0;
 const COLUMNS: i32 = 9;
 
@@ -31,7 +31,7 @@ const GALLERY: f64 = 5.2;
 pub const PLINTHS: usize = 10;
 
 /// Height of a plinth.
-const PLINTH: f64 = 1.05;
+const PLINTH: f64 = 0.62;
 
 /// How much of the hall there is.
 pub struct Detail {
@@ -59,11 +59,14 @@ pub struct Materials {
     /// Of the exhibits.
     pub fossil: u32,
     floor: u32,
-    wall: u32,
     stone: u32,
     iron: u32,
-    brass: u32,
-    crystal: u32,
+    /// Of plain walls, and candles.
+    pub wall: u32,
+    /// Of what shines.
+    pub brass: u32,
+    /// Of what is clear.
+    pub crystal: u32,
 }
 
 impl Materials {
@@ -90,9 +93,9 @@ impl Materials {
 
 /// The middle of the top of plinth `index`, and the radius of what stands on it.
 pub fn plinth(index: usize) -> (Vec3, f64) {
-    let side = if index % 2 == 0 { -1.0 } else { 1.0 };
+    let side = if index.is_multiple_of(2) { -1.0 } else { 1.0 };
     let x = (index / 2) as f64 * 8.0 - 16.0 + 0.8 * side;
-    (vec3(x, 3.3 * side, PLINTH), 0.85)
+    (vec3(x, 3.3 * side, PLINTH), 0.9)
 }
 
 /// Adds the hall.
@@ -116,10 +119,14 @@ pub fn build(scene: &mut Assembly, detail: &Detail, materials: &Materials) -> Re
     Ok(())
 }
 
-struct Hall<'a> {
-    scene: &'a mut Assembly,
-    detail: &'a Detail,
-    materials: &'a Materials,
+/// The hall in the making.
+pub struct Hall<'a> {
+    /// What it is added to.
+    pub scene: &'a mut Assembly,
+    /// How much of it there is.
+    pub detail: &'a Detail,
+    /// What it is made of.
+    pub materials: &'a Materials,
 }
 
 /// The middle of each bay's column.
@@ -137,7 +144,7 @@ impl Hall<'_> {
         );
         for x in [-l, l] {
             // The side that faces the hall is the front.
-            let s = if x < 0.0 { w } else { -w };
+            let s = if x < 0.0 { -w } else { w };
             self.scene.quad(
                 [vec3(x, s, 0.0), vec3(x, -s, 0.0), vec3(x, -s, h), vec3(x, s, h)],
                 self.materials.wall,
@@ -256,6 +263,24 @@ impl Hall<'_> {
                 self.arch(x, 0.05, 0.12, steps);
             }
         }
+        // Both ends are walled up to the vault.
+        for x in [-LENGTH, LENGTH] {
+            self.arch(x, 0.14, 0.24, steps);
+            let spring = vec3(x, 0.0, WALL);
+            let middle = self.scene.vertex(spring);
+            let rim: Vec<u32> = (0..=steps)
+                .map(|i| {
+                    let angle = PI * i as f64 / steps as f64;
+                    let rise = if i == 0 || i == steps { 0.0 } else { sin(angle) };
+                    self.scene.vertex(spring + vec3(0.0, -NAVE * cos(angle), NAVE * rise))
+                })
+                .collect();
+            for pair in rim.windows(2) {
+                let corners =
+                    if x < 0.0 { [middle, pair[1], pair[0]] } else { [middle, pair[0], pair[1]] };
+                self.scene.triangle(corners, self.materials.wall);
+            }
+        }
         if self.detail.baluster > 0 {
             for i in 0..8 * (COLUMNS - 1) {
                 if i % 4 != 0 {
@@ -286,12 +311,12 @@ impl Hall<'_> {
         for i in 0..steps as u32 {
             for j in 0..4 {
                 let (a, b) = (4 * i + j, 4 * i + (j + 1) % 4);
-                triangles.extend([[a, b, b + 4], [a, b + 4, a + 4]]);
+                triangles.extend([[a, b + 4, b], [a, a + 4, b + 4]]);
             }
         }
         let last = 4 * steps as u32;
-        triangles.extend([[0, 2, 1], [0, 3, 2]]);
-        triangles.extend([[last, last + 1, last + 2], [last, last + 2, last + 3]]);
+        triangles.extend([[0, 1, 2], [0, 2, 3]]);
+        triangles.extend([[last, last + 2, last + 1], [last, last + 3, last + 2]]);
         let shape = Shape { positions, triangles };
         self.scene.shape(&shape, self.materials.iron, |p| spring + p);
     }
@@ -321,8 +346,8 @@ impl Hall<'_> {
             );
             let rail = inner + 0.08 * side;
             self.beam(rail, GALLERY + 0.92, 0.045, 0.04, self.materials.brass);
-            for i in 0..300 {
-                let foot = vec3(0.16 * (f64::from(i) - 149.5), rail, GALLERY);
+            for i in 0..280 {
+                let foot = vec3(0.16 * (f64::from(i) - 139.5), rail, GALLERY);
                 self.scene.shape(&baluster, self.materials.iron, |p| foot + p);
             }
         }
@@ -351,89 +376,4 @@ impl Hall<'_> {
             }
         }
     }
-
-    /// Three chandeliers: two rings of lights, and chains of crystals between them.
-    fn chandeliers(&mut self) {
-        let crystal = Shape::sphere(self.detail.crystal, self.detail.crystal.div_ceil(2) + 1);
-        let bulb = Shape::sphere(16, 10);
-        let rod = Shape::cylinder(12);
-        let brass = self.materials.brass;
-        for x in [-10.0, 0.0, 10.0] {
-            let middle = vec3(x, 0.0, 8.6);
-            let top = middle + vec3(0.0, 0.0, 1.5);
-            let ridge = vec3(x, 0.0, WALL + 0.12 + NAVE);
-            self.scene.along(&rod, (top, 0.02), (ridge, 0.02), brass);
-            self.scene.shape(&bulb, brass, |p| top + p * 0.12);
-            for (radius, height, lights) in [(1.5, 0.0, 24), (0.9, 0.6, 14)] {
-                let ring = torus(radius, 0.03, 96, 10);
-                let level = middle + vec3(0.0, 0.0, height);
-                self.scene.shape(&ring, brass, |p| level + p);
-                for i in 0..lights {
-                    let angle = TAU * f64::from(i) / f64::from(lights);
-                    let out = vec3(cos(angle), sin(angle), 0.0);
-                    let foot = level + out * radius + vec3(0.0, 0.0, 0.03);
-                    let wick = foot + vec3(0.0, 0.0, 0.16);
-                    self.scene.along(&rod, (foot, 0.018), (wick, 0.018), self.materials.wall);
-                    self.scene.shape(&bulb, self.materials.crystal, |p| {
-                        wick + vec3(0.028 * p.x, 0.028 * p.y, 0.028 + 0.045 * p.z)
-                    });
-                    if i % 2 == 0 {
-                        self.scene.along(&rod, (level + out * radius, 0.008), (top, 0.008), brass);
-                    }
-                    // From every light one chain of crystals up to the rod's end, and one that
-                    // sags to the next light.
-                    let next = TAU * f64::from(i + 1) / f64::from(lights);
-                    let beside = level + vec3(cos(next), sin(next), 0.0) * radius;
-                    self.chain(&crystal, level + out * radius, top, 0.35, 40);
-                    self.chain(&crystal, level + out * radius, beside, 0.18, 12);
-                }
-            }
-            // The bowl of crystals below.
-            for i in 1..12 {
-                let angle = 0.5 * PI * f64::from(i) / 12.0;
-                let count = 6 * (12 - i);
-                for j in 0..count {
-                    let turn = TAU * f64::from(j) / f64::from(count);
-                    let at = vec3(
-                        1.1 * cos(angle) * cos(turn),
-                        1.1 * cos(angle) * sin(turn),
-                        -0.7 * sin(angle),
-                    );
-                    self.scene.shape(&crystal, self.materials.crystal, |p| middle + at + p * 0.03);
-                }
-            }
-        }
-    }
-
-    /// Crystals on a line that sags.
-    fn chain(&mut self, crystal: &Shape, from: Vec3, to: Vec3, sag: f64, count: i32) {
-        for i in 0..count {
-            let t = (f64::from(i) + 0.5) / f64::from(count);
-            let at = from + (to - from) * t - vec3(0.0, 0.0, 4.0 * sag * t * (1.0 - t));
-            self.scene.shape(crystal, self.materials.crystal, |p| at + p * 0.014);
-        }
-    }
-}
-
-/// A torus about the z axis.
-fn torus(radius: f64, thickness: f64, around: u32, across: u32) -> Shape {
-    let mut positions = Vec::with_capacity((around * across) as usize);
-    let mut triangles = Vec::with_capacity(2 * (around * across) as usize);
-    for i in 0..around {
-        let turn = TAU * f64::from(i) / f64::from(around);
-        for j in 0..across {
-            let angle = TAU * f64::from(j) / f64::from(across);
-            let distance = radius + thickness * cos(angle);
-            positions.push(vec3(
-                distance * cos(turn),
-                distance * sin(turn),
-                thickness * sin(angle),
-            ));
-            let (k, m) = ((i + 1) % around, (j + 1) % across);
-            let corner = |i: u32, j: u32| i * across + j;
-            triangles.push([corner(i, j), corner(k, j), corner(k, m)]);
-            triangles.push([corner(i, j), corner(k, m), corner(i, m)]);
-        }
-    }
-    Shape { positions, triangles }
 }

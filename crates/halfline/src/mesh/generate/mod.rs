@@ -15,6 +15,7 @@ mod echinoid;
 mod fill;
 mod gears;
 mod hall;
+mod hall_chandelier;
 mod hall_structure;
 mod mount;
 mod noise;
@@ -34,7 +35,9 @@ use std::str::FromStr;
 use crate::error::{Error, Result};
 use crate::geometry::Vec3;
 use crate::mesh::Mesh;
-use crate::progress::{Observer, Stage};
+use crate::progress::Observer;
+
+use fill::Progress;
 
 /// What can be generated. The last seven are the scenes of Eric Haines, "A Proposal for Standard
 /// Graphics Environments", IEEE Computer Graphics and Applications 7(11), 1987, with the sizes
@@ -55,7 +58,8 @@ pub enum Kind {
     /// unit cube, edges about n^(-1/3) long, so that a half-line crosses about n^(1/3) / 5.
     /// Exactly `n` (1).
     Soup,
-    /// An eroded mountain range over a square of side 2. Within `sqrt(n / 2)` of `n` (2).
+    /// An eroded mountain range over a square of side 2. From 1,000 triangles up within
+    /// 2 % of `n`, usually within 0.1 %; below that within its square root (2).
     Terrain,
     /// A museum hall to stand in: walls of two triangles, beams as long as the hall and thin as a
     /// hand, columns, railings, chandeliers, and finely scanned fossils on plinths. Exactly `n`
@@ -63,16 +67,16 @@ pub enum Kind {
     /// (10).
     Hall,
     /// Haines's sphereflake on a floor: a sphere with nine of a third of its size on it, and so
-    /// on. From 600 triangles up within 15 % of `n`, usually within 3 % (218).
+    /// on. From 600 triangles up within 10 % of `n`, usually within 3 % (116).
     Balls,
     /// Haines's size_factor^3 interlocking gears, 572 triangles each, over a mirror. The size
     /// factor whose number is nearest (574).
     Gears,
     /// Haines's fractal mountain with four glass balls above it. From 1,000 triangles up within
-    /// 5 % of `n` (34).
+    /// 3 % of `n` (26).
     Mount,
     /// Haines's pyramid of dodecahedral rings, spheres and cylinders, before a wall. From 1,000
-    /// triangles up within 15 % of `n`, usually within 3 % (422).
+    /// triangles up within 10 % of `n`, usually within 3 % (422).
     Rings,
     /// The Utah teapot on a checkerboard, each patch cut into k x k squares; 66 k^2 - 8 k
     /// triangles, and the nearest k (248).
@@ -81,7 +85,7 @@ pub enum Kind {
     /// half and twice `n` (4).
     Tetra,
     /// Haines's tree of conical branches (Aono and Kunii 1984) with spheres at their ends, on a
-    /// field. From 1,000 triangles up within 15 % of `n`, usually within 3 % (122).
+    /// field. From 600 triangles up within 12 % of `n`, usually within 5 % (58).
     Tree,
 }
 
@@ -194,7 +198,7 @@ pub fn suggested_view(kind: Kind) -> Option<View> {
 }
 
 /// A mesh of the given kind with about the given number of triangles; [`Kind`] says how near it
-/// comes. Reports [`Stage::Load`] to `observer`.
+/// comes. Reports [`Stage::Load`](crate::progress::Stage) in triangles to `observer`.
 ///
 /// Coordinates are single precision. The seed changes only the kinds for which
 /// [`Kind::is_random`]. `Mesh::materials` is set where the scene has colours of its own.
@@ -212,23 +216,23 @@ pub fn generate(kind: Kind, triangles: usize, seed: u64, observer: &dyn Observer
             format!("{triangles} is more than the {MAX_TRIANGLES} that can be generated"),
         ));
     }
-    observer.check()?;
+    let progress = &Progress::new(observer, triangles);
+    progress.check()?;
     let mesh = match kind {
-        Kind::Scan => scan::scan(triangles, seed, observer),
-        Kind::Sphere => sphere::sphere(triangles, observer),
-        Kind::Soup => soup::soup(triangles, seed, observer),
-        Kind::Terrain => terrain::terrain(triangles, seed, observer),
-        Kind::Hall => hall::hall(triangles, seed, observer),
-        Kind::Balls => balls::balls(triangles, observer),
-        Kind::Gears => gears::gears(triangles, observer),
-        Kind::Mount => mount::mount(triangles, seed, observer),
-        Kind::Rings => rings::rings(triangles, observer),
-        Kind::Teapot => teapot::teapot(triangles, observer),
-        Kind::Tetra => tetra::tetra(triangles, observer),
-        Kind::Tree => tree::tree(triangles, observer),
+        Kind::Scan => scan::scan(triangles, seed, progress),
+        Kind::Sphere => sphere::sphere(triangles, progress),
+        Kind::Soup => soup::soup(triangles, seed, progress),
+        Kind::Terrain => terrain::terrain(triangles, seed, progress),
+        Kind::Hall => hall::hall(triangles, seed, progress),
+        Kind::Balls => balls::balls(triangles, progress),
+        Kind::Gears => gears::gears(triangles, progress),
+        Kind::Mount => mount::mount(triangles, seed, progress),
+        Kind::Rings => rings::rings(triangles, progress),
+        Kind::Teapot => teapot::teapot(triangles, progress),
+        Kind::Tetra => tetra::tetra(triangles, progress),
+        Kind::Tree => tree::tree(triangles, progress),
     }?;
-    let count = mesh.triangle_count() as u64;
-    observer.report(Stage::Load, count, count);
+    progress.finish();
     Ok(mesh)
 }
 

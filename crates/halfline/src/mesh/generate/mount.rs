@@ -8,11 +8,10 @@
 use crate::error::Result;
 use crate::geometry::{Vec3, vec3};
 use crate::mesh::Mesh;
-use crate::progress::Observer;
 
 use super::View;
 use super::assembly::{Assembly, Shape, haines_material, nearest_tessellation};
-use super::fill::reserved;
+use super::fill::{Progress, reserved};
 use super::noise::mix_linear;
 use super::random::Random;
 
@@ -35,7 +34,7 @@ const BALLS: Vec3 = vec3(-0.8, 0.8, 1.0);
 const BALL_RADIUS: f64 = 0.17;
 
 /// See [`Kind::Mount`](super::Kind::Mount).
-pub fn mount(triangles: usize, seed: u64, observer: &dyn Observer) -> Result<Mesh> {
+pub fn mount(triangles: usize, seed: u64, progress: &Progress) -> Result<Mesh> {
     // A twentieth of the triangles is the balls', more if there are few.
     let share = (triangles / 20).max(800.min(triangles * 3 / 10));
     let (segments, stacks) = nearest_tessellation(share / 4, 3, Shape::sphere_triangles);
@@ -44,7 +43,7 @@ pub fn mount(triangles: usize, seed: u64, observer: &dyn Observer) -> Result<Mes
     let side = ((rest as f64 / 2.0).sqrt().round() as usize).max(1);
 
     let size = side.next_power_of_two();
-    let heights = heights(size, seed, observer)?;
+    let heights = heights(size, seed, progress)?;
     let total = 2 * side * side + 4 * ball.triangles.len();
     let mut scene = Assembly::new((side + 1) * (side + 1) + 4 * ball.positions.len(), total)?;
     let glass = scene.material(haines_material([1.0; 3], 0.1, 0.1, 0.9, 1.5));
@@ -55,7 +54,7 @@ pub fn mount(triangles: usize, seed: u64, observer: &dyn Observer) -> Result<Mes
 
     let first = scene.vertex_count() as u32;
     for j in 0..=side {
-        observer.check()?;
+        progress.check()?;
         for i in 0..=side {
             let (x, y) = (i as f64 / side as f64, j as f64 / side as f64);
             let z = sample(&heights, size, x, y);
@@ -88,7 +87,7 @@ fn pyramid() -> [Vec3; 4] {
 }
 
 /// The heights of the (size + 1)^2 points of the grid, row by row; `size` is a power of two.
-fn heights(size: usize, seed: u64, observer: &dyn Observer) -> Result<Vec<f32>> {
+fn heights(size: usize, seed: u64, progress: &Progress) -> Result<Vec<f32>> {
     let row = size + 1;
     let mut heights: Vec<f32> = reserved(row * row)?;
     heights.resize(row * row, 0.0);
@@ -103,7 +102,7 @@ fn heights(size: usize, seed: u64, observer: &dyn Observer) -> Result<Vec<f32>> 
         let half = width / 2;
         let rise = roughness * half as f64 * WIDTH / size as f64;
         for y in (0..=size).step_by(half) {
-            observer.check()?;
+            progress.check()?;
             for x in (0..=size).step_by(half) {
                 let (odd_x, odd_y) = (x / half % 2 == 1, y / half % 2 == 1);
                 let at = |x: usize, y: usize| f64::from(heights[y * row + x]);

@@ -117,7 +117,7 @@ impl Noise {
 const GRADIENTS: [[f64; 2]; 16] = {
     const A: f64 = 0.923_879_532_511_286_7;
     const B: f64 = 0.382_683_432_365_089_8;
-    const C: f64 = 0.707_106_781_186_547_6;
+    const C: f64 = std::f64::consts::FRAC_1_SQRT_2;
     [
         [1.0, 0.0],
         [A, B],

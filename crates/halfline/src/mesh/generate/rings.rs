@@ -10,10 +10,10 @@ use std::f64::consts::PI;
 use crate::error::Result;
 use crate::geometry::{Vec3, vec3};
 use crate::mesh::Mesh;
-use crate::progress::Observer;
 
 use super::View;
 use super::assembly::{Assembly, Shape, haines_material, nearest_tessellation};
+use super::fill::Progress;
 
 /// Radius of cylinders and spheres, with which the rings of an object just touch.
 const RADIUS: f64 = 0.07412;
@@ -43,7 +43,7 @@ pub fn view() -> View {
 }
 
 /// See [`Kind::Rings`](super::Kind::Rings).
-pub fn rings(triangles: usize, observer: &dyn Observer) -> Result<Mesh> {
+pub fn rings(triangles: usize, progress: &Progress) -> Result<Mesh> {
     let wanted = triangles.saturating_sub(2);
     let mut layers = 1;
     while count(layers + 1, SIDES, SIDES / 2) <= wanted {
@@ -69,7 +69,7 @@ pub fn rings(triangles: usize, observer: &dyn Observer) -> Result<Mesh> {
     let corners = dodecahedral_rings();
     for layer in 0..layers {
         for z in 0..=layer {
-            observer.check()?;
+            progress.check()?;
             for x in 0..=layer {
                 let place = vec3(
                     2.0 * x as f64 - layer as f64,

@@ -4,20 +4,19 @@
 use crate::error::Result;
 use crate::geometry::{Vec3, vec3};
 use crate::mesh::{Mesh, Positions};
-use crate::progress::Observer;
 
 use super::View;
 use super::cube_sphere::{CubeSphere, Order};
 use super::echinoid::Echinoid;
-use super::fill::{fill, single};
+use super::fill::{Progress, fill, single};
 use super::random::{Random, mix};
 
 /// From above and aside, so that plates, apex and the shell's edge are seen.
 pub const VIEW: View = View {
-    from: vec3(1.9, -2.1, 1.9),
-    at: vec3(0.0, 0.0, 0.04),
+    from: vec3(1.75, -2.05, 2.25),
+    at: vec3(0.0, 0.0, 0.03),
     up: vec3(0.0, 0.0, 1.0),
-    angle_degrees: 38.0,
+    angle_degrees: 35.0,
 };
 
 /// By how much of an edge's length vertices are moved along the sphere, so that no grid shows.
@@ -29,23 +28,22 @@ const JITTER: f64 = 0.16;
 const SCANNER_NOISE: f64 = 0.03;
 
 /// See [`Kind::Scan`](super::Kind::Scan).
-pub fn scan(triangles: usize, seed: u64, observer: &dyn Observer) -> Result<Mesh> {
-    let (positions, triangles) = scanned(triangles, seed, observer)?;
+pub fn scan(triangles: usize, seed: u64, progress: &Progress) -> Result<Mesh> {
+    let (positions, triangles) = scanned(triangles, seed, progress)?;
     Mesh::new(Positions::F32(positions), triangles)
 }
 
+/// Vertices, and triangles that point into them.
+pub type Surface = (Vec<[f32; 3]>, Vec<[u32; 3]>);
+
 /// The scan's vertices and triangles.
-pub fn scanned(
-    triangles: usize,
-    seed: u64,
-    observer: &dyn Observer,
-) -> Result<(Vec<[f32; 3]>, Vec<[u32; 3]>)> {
+pub fn scanned(triangles: usize, seed: u64, progress: &Progress) -> Result<Surface> {
     let grid = CubeSphere::new(triangles, Order::Shuffled(seed));
     let edge = grid.mean_edge();
     let shape = Echinoid::new(seed, edge);
     // The largest of these meshes would be turned inside out by noise in proportion.
     let noise = SCANNER_NOISE * edge.min(0.05);
-    let positions = fill(grid.vertex_count(), observer, |i| {
+    let positions = fill(grid.vertex_count(), triangles, progress, |i| {
         let mut random = Random::new(mix(seed), i as u64);
         let aside = random.direction() * (JITTER * edge.min(0.5));
         let direction = (grid.direction(i) + aside).normalized();

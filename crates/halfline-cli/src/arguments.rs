@@ -1,0 +1,68 @@
+//! What the command line understands; each subcommand's options stand with the subcommand.
+
+use clap::builder::Styles;
+use clap::builder::styling::AnsiColor;
+use clap::{Args, Parser, Subcommand};
+
+use crate::commands::{generate, info, query, render};
+
+const EXAMPLES: &str = "\
+Examples:
+  halfline render scan.ply -o scan.png           a picture, framed by itself
+  halfline info scan.ply                         what the mesh and its tree are like
+  halfline query scan.ply rays.npy -o hits.npz   where a million rays hit
+  halfline generate sphere -n 100000 -o s.ply    a mesh to try things on
+
+Meshes: PLY (also .ply.gz), STL, OBJ, OFF, glTF, GLB.
+Exit codes: 0 done, 1 the input or the work failed, 2 wrong arguments, 130 interrupted.";
+
+const STYLES: Styles = Styles::styled()
+    .header(AnsiColor::Green.on_default().bold())
+    .usage(AnsiColor::Green.on_default().bold())
+    .literal(AnsiColor::Cyan.on_default().bold())
+    .placeholder(AnsiColor::Cyan.on_default());
+
+/// Casts rays at triangle meshes of any size: pictures, hits as NumPy arrays, facts.
+#[derive(Debug, Parser)]
+#[command(name = "halfline", version, after_help = EXAMPLES, styles = STYLES)]
+#[command(max_term_width = 100, propagate_version = true, subcommand_required = true)]
+#[command(arg_required_else_help = true, disable_help_subcommand = true)]
+pub struct Arguments {
+    /// Options that every subcommand takes.
+    #[command(flatten)]
+    pub global: GlobalOptions,
+    /// What to do.
+    #[command(subcommand)]
+    pub command: Command,
+}
+
+/// Options that every subcommand takes.
+#[derive(Debug, Args)]
+#[command(next_help_heading = "Everywhere")]
+pub struct GlobalOptions {
+    /// No progress and no summary; errors still speak
+    #[arg(long, global = true)]
+    pub quiet: bool,
+
+    /// Print all figures as one JSON object on stdout, and nothing else there
+    #[arg(long, global = true)]
+    pub json: bool,
+
+    /// Threads to work with; 0 for all that the machine has
+    #[arg(long, global = true, value_name = "N", default_value_t = 0, hide_default_value = true)]
+    #[arg(value_parser = clap::value_parser!(u16).range(0..=1024))]
+    pub threads: u16,
+}
+
+/// The subcommands.
+#[derive(Debug, Subcommand)]
+pub enum Command {
+    /// Trace a picture of a mesh
+    Render(render::Options),
+    /// Tell what a mesh and its kd-tree are like
+    Info(info::Options),
+    /// Cast the rays of a NumPy file at a mesh
+    Query(query::Options),
+    /// Make a mesh to try things on
+    Generate(generate::Options),
+}

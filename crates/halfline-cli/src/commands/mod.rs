@@ -1,0 +1,6 @@
+//! One file per subcommand: its options, and what it does.
+
+pub mod generate;
+pub mod info;
+pub mod query;
+pub mod render;

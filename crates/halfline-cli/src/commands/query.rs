@@ -1,0 +1,337 @@
+//! `halfline query`: the rays of a NumPy file in, what they hit out.
+
+use std::path::PathBuf;
+use std::time::Instant;
+
+use clap::{Args, ValueEnum};
+use halfline::Scene;
+use halfline::geometry::{Hit, Ray};
+use halfline::mesh::Mesh;
+use halfline::progress::{Observer, Stage};
+use halfline::scene::AllHits;
+use halfline::textbook::{KdTree, SurfaceArea, Termination};
+use serde_json::json;
+
+use crate::engine::{BruteForce, Engine};
+use crate::npy::RayFile;
+use crate::npz::Archive;
+use crate::output::Interruptible;
+use crate::session::{Failure, Figures, Session};
+use crate::table::Table;
+use crate::{output, session, units};
+
+const EXAMPLES: &str = "\
+RAYS.npy holds float32 or float64 of shape (n, 6) = ox oy oz dx dy dz, or (n, 8) with t_min t_max
+appended. Directions need not be unit length: t counts in units of the direction. A ray that is
+not finite, has no direction or has t_min > t_max hits nothing, and is counted.
+
+HITS.npz then holds, for numpy.load:
+  t            (n,)    float64  inf for a miss
+  face         (n,)    int64    the triangle, -1 for a miss
+  source_face  (n,)    int64    the face of the file that the triangle was cut from
+  uv           (n, 2)  float64  barycentric weights of the triangle's second and third vertex
+with --any instead
+  occluded     (n,)    bool
+and with --all, of m hits in all, `splits` (n + 1,) int64 as well: the hits of ray i are
+splits[i]:splits[i + 1] of the others, ordered by t.
+
+Examples:
+  halfline query scan.ply rays.npy -o hits.npz
+  halfline query scan.ply sun.npy -o shade.npz --any
+  halfline query scan.ply rays.npy -o judge.npz --engine brute";
+
+/// The options of `halfline query`.
+#[derive(Debug, Args)]
+#[command(after_help = EXAMPLES)]
+pub struct Options {
+    /// The mesh to cast rays at
+    #[arg(value_name = "MESH")]
+    mesh: PathBuf,
+
+    /// The rays
+    #[arg(value_name = "RAYS.npy")]
+    rays: PathBuf,
+
+    /// Where the hits go
+    #[arg(short, long, value_name = "HITS.npz")]
+    #[arg(value_parser = output::path_with_extension(&["npz"]))]
+    output: PathBuf,
+
+    /// Who answers; the answers are the same
+    #[arg(long, value_enum, default_value_t = EngineName::Fast)]
+    engine: EngineName,
+
+    /// Only tell whether each ray hits anything
+    #[arg(long, conflicts_with = "all")]
+    any: bool,
+
+    /// Every crossing along each ray, not only the first
+    #[arg(long)]
+    all: bool,
+}
+
+#[derive(Clone, Copy, Debug, ValueEnum)]
+enum EngineName {
+    /// The surface-area kd-tree
+    Fast,
+    /// The lecture's kd-tree
+    Textbook,
+    /// No tree: every ray against every triangle
+    Brute,
+}
+
+/// The answers so far, in the order of the rays.
+enum Answers {
+    Closest(Vec<Hit>),
+    Any(Vec<bool>),
+    All(AllHits),
+}
+
+/// Rays read and cast at a time: enough to keep all threads busy, little enough not to count
+/// beside the answers.
+const BATCH: usize = 1 << 18;
+
+/// Casts the rays.
+pub fn run(options: &Options, session: Session) -> Result<(), Failure> {
+    output::check(&options.output, &[&options.mesh, &options.rays])?;
+    // A wrong ray file should show before a large mesh is loaded.
+    let rays = RayFile::open(&options.rays)?;
+    let (mesh, load_seconds) = session.load(&options.mesh)?;
+    let run = Run { options, session, rays, load_seconds };
+    match options.engine {
+        EngineName::Fast => {
+            let (scene, build_seconds) =
+                run.session.timed(Stage::Build, |observer| Scene::build(mesh, observer))?;
+            run.answer(&scene, scene.mesh(), build_seconds)
+        }
+        EngineName::Textbook => {
+            let (tree, build_seconds) = run.session.timed(Stage::Build, |_| {
+                let rule = SurfaceArea { traversal_cost: TEXTBOOK_TRAVERSAL_COST };
+                let termination = Termination::automatic(mesh.triangle_count());
+                Ok(KdTree::init_kd_tree(&mesh, &rule, &termination))
+            })?;
+            run.answer(&tree, &mesh, build_seconds)
+        }
+        EngineName::Brute => run.answer(&BruteForce(&mesh), &mesh, 0.0),
+    }
+}
+
+/// In units of one triangle test; a step down the textbook's tree is an addition, a division and
+/// a comparison.
+const TEXTBOOK_TRAVERSAL_COST: f64 = 0.5;
+
+/// What is known before the first ray is cast.
+struct Run<'a> {
+    options: &'a Options,
+    session: Session,
+    rays: RayFile,
+    load_seconds: f64,
+}
+
+impl Run<'_> {
+    /// Casts all rays, writes the answers and tells the figures.
+    fn answer(
+        mut self,
+        engine: &dyn Engine,
+        mesh: &Mesh,
+        build_seconds: f64,
+    ) -> Result<(), Failure> {
+        let mut answers = match (self.options.any, self.options.all) {
+            (true, _) => Answers::Any(Vec::new()),
+            (_, true) => Answers::All(AllHits { splits: vec![0], hits: Vec::new() }),
+            _ => Answers::Closest(Vec::new()),
+        };
+        let (mut batch, mut invalid_rays, mut trace_seconds) = (Vec::new(), 0, 0.0);
+        let (mut first, ray_count) = (0, self.rays.ray_count());
+        self.session.begin(Stage::Trace);
+        loop {
+            self.session.observer().check()?;
+            self.rays.read(BATCH, &mut batch)?;
+            if batch.is_empty() {
+                break;
+            }
+            invalid_rays += batch.iter().filter(|ray| !ray.is_valid()).count() as u64;
+            let observer = Part { whole: self.session.observer(), first, total: ray_count };
+            let start = Instant::now();
+            answers.extend(engine, &batch, &observer)?;
+            trace_seconds += start.elapsed().as_secs_f64();
+            first += batch.len() as u64;
+        }
+        let ((), write_seconds) = self.session.timed(Stage::Write, |observer| {
+            output::write(&self.options.output, observer, |file| {
+                answers.write(mesh, file, observer)
+            })
+        })?;
+
+        let (hits, hit_rays) = (answers.hits(), answers.hit_rays());
+        let rays_per_second =
+            if trace_seconds > 0.0 { ray_count as f64 / trace_seconds } else { 0.0 };
+        let triangles = mesh.triangle_count() as u64;
+        let mut figures = Figures::new();
+        let mut tell = |name: &str, value| figures.insert(name.into(), value);
+        tell("mesh", json!(self.options.mesh.to_string_lossy()));
+        tell("output", json!(self.options.output.to_string_lossy()));
+        tell("engine", json!(self.options.engine.name()));
+        tell("question", json!(answers.question()));
+        tell("triangles", json!(triangles));
+        tell("rays", json!(ray_count));
+        tell("invalid_rays", json!(invalid_rays));
+        tell("hit_rays", json!(hit_rays));
+        tell("hits", json!(hits));
+        tell("rays_per_second", json!(rays_per_second));
+        tell("load_seconds", json!(self.load_seconds));
+        tell("build_seconds", json!(build_seconds));
+        tell("trace_seconds", json!(trace_seconds));
+        tell("write_seconds", json!(write_seconds));
+        tell("peak_memory_bytes", json!(session::peak_memory_bytes()));
+
+        let text = || {
+            let mut table = Table::new(self.options.output.display());
+            let note = format!("{} triangles", units::count(triangles));
+            table.row("load", units::seconds(self.load_seconds), note);
+            table.row("build", units::seconds(build_seconds), "");
+            let note = format!(
+                "{} rays, {}rays/s",
+                units::count(ray_count),
+                units::metric(rays_per_second)
+            );
+            table.row("trace", units::seconds(trace_seconds), note);
+            let note = match &answers {
+                Answers::All(_) => {
+                    format!("{} hits on {} rays", units::count(hits), units::count(hit_rays))
+                }
+                _ => format!("{} rays hit", units::count(hit_rays)),
+            };
+            table.row("write", units::seconds(write_seconds), note);
+            if invalid_rays > 0 {
+                table.row(
+                    "invalid",
+                    units::count(invalid_rays),
+                    "rays that hit nothing by definition",
+                );
+            }
+            table.print()
+        };
+        self.session.tell(figures, text, false)
+    }
+}
+
+impl EngineName {
+    fn name(self) -> &'static str {
+        match self {
+            EngineName::Fast => "fast",
+            EngineName::Textbook => "textbook",
+            EngineName::Brute => "brute",
+        }
+    }
+}
+
+impl Answers {
+    fn question(&self) -> &'static str {
+        match self {
+            Answers::Closest(_) => "closest",
+            Answers::Any(_) => "any",
+            Answers::All(_) => "all",
+        }
+    }
+
+    /// Crossings found; for the other questions, rays that hit.
+    fn hits(&self) -> u64 {
+        match self {
+            Answers::All(all) => all.hits.len() as u64,
+            _ => self.hit_rays(),
+        }
+    }
+
+    /// Rays that hit anything.
+    fn hit_rays(&self) -> u64 {
+        let count = match self {
+            Answers::Closest(hits) => hits.iter().filter(|hit| hit.is_hit()).count(),
+            Answers::Any(occluded) => occluded.iter().filter(|&&occluded| occluded).count(),
+            Answers::All(all) => all.splits.windows(2).filter(|pair| pair[0] < pair[1]).count(),
+        };
+        count as u64
+    }
+
+    /// Asks `engine` about `rays` and appends what it says.
+    fn extend(
+        &mut self,
+        engine: &dyn Engine,
+        rays: &[Ray],
+        observer: &dyn Observer,
+    ) -> halfline::error::Result<()> {
+        match self {
+            Answers::Closest(hits) => hits.append(&mut engine.closest(rays, observer)?),
+            Answers::Any(occluded) => occluded.append(&mut engine.any(rays, observer)?),
+            Answers::All(all) => {
+                let mut part = engine.all(rays, observer)?;
+                let before = all.hits.len();
+                all.splits.extend(part.splits[1..].iter().map(|split| before + split));
+                all.hits.append(&mut part.hits);
+            }
+        }
+        Ok(())
+    }
+
+    fn write(
+        &self,
+        mesh: &Mesh,
+        file: &mut Interruptible,
+        observer: &dyn Observer,
+    ) -> std::io::Result<()> {
+        const HIT_BYTES: u64 = 8 + 8 + 8 + 16;
+        match self {
+            Answers::Closest(hits) => {
+                let mut archive = Archive::new(file, hits.len() as u64 * HIT_BYTES, observer);
+                write_hits(&mut archive, hits, mesh)?;
+                archive.finish()
+            }
+            Answers::Any(occluded) => {
+                let mut archive = Archive::new(file, occluded.len() as u64, observer);
+                archive.add("occluded", occluded.iter().map(|&occluded| [occluded]))?;
+                archive.finish()
+            }
+            Answers::All(AllHits { splits, hits }) => {
+                let bytes = splits.len() as u64 * 8 + hits.len() as u64 * HIT_BYTES;
+                let mut archive = Archive::new(file, bytes, observer);
+                archive.add("splits", splits.iter().map(|&split| [split as i64]))?;
+                write_hits(&mut archive, hits, mesh)?;
+                archive.finish()
+            }
+        }
+    }
+}
+
+fn write_hits(
+    archive: &mut Archive<&mut Interruptible>,
+    hits: &[Hit],
+    mesh: &Mesh,
+) -> std::io::Result<()> {
+    let index = |hit: &Hit, face: fn(&Mesh, u32) -> u32| match hit.is_hit() {
+        true => i64::from(face(mesh, hit.face)),
+        false => -1,
+    };
+    archive.add("t", hits.iter().map(|hit| [hit.t]))?;
+    archive.add("face", hits.iter().map(|hit| [index(hit, |_, face| face)]))?;
+    archive.add("source_face", hits.iter().map(|hit| [index(hit, Mesh::source_face)]))?;
+    archive.add("uv", hits.iter().map(|hit| [hit.u, hit.v]))
+}
+
+/// Hears of a batch, and tells of the whole that it is a part of.
+struct Part<'a> {
+    whole: &'a dyn Observer,
+    /// Rays before this batch.
+    first: u64,
+    /// Rays in all batches.
+    total: u64,
+}
+
+impl Observer for Part<'_> {
+    fn report(&self, stage: Stage, done: u64, _total: u64) {
+        self.whole.report(stage, self.first + done, self.total);
+    }
+
+    fn cancelled(&self) -> bool {
+        self.whole.cancelled()
+    }
+}

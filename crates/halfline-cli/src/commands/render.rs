@@ -1,0 +1,409 @@
+//! `halfline render`: a picture of a mesh.
+
+use std::io::BufWriter;
+use std::path::PathBuf;
+
+use clap::{Args, ValueEnum};
+use halfline::geometry::Vec3;
+use halfline::mesh::Material;
+use halfline::progress::Stage;
+use halfline_render::{
+    Background, CameraSettings, Ground, GroundSurface, Light, MAX_DEPTH, MAX_SAMPLES, Projection,
+    RenderSettings, Rendering, Shading, Up, linear_from_srgb,
+};
+use serde_json::json;
+
+use crate::session::{Failure, Figures, Session};
+use crate::table::Table;
+use crate::{output, session, units, values};
+
+const EXAMPLES: &str = "\
+Examples:
+  halfline render scan.ply -o scan.png --up +Z
+  halfline render bunny.stl -o bunny.png --no-background --color '#c08040'
+  halfline render hall.ply -o hall.exr --camera-position 1,2,30 --camera-focal-point 1,2,0
+  halfline render scan.ply -o glass.png --shading whitted --material glass --ground=checker
+  halfline render scan.ply -o cost.png --shading steps --resolution 1920,1080";
+
+/// The options of `halfline render`.
+#[derive(Debug, Args)]
+#[command(after_help = EXAMPLES)]
+pub struct Options {
+    /// The mesh to draw
+    #[arg(value_name = "MESH")]
+    mesh: PathBuf,
+
+    /// Where the picture goes: .png, or .exr with depth, normals and face ids
+    #[arg(short, long, value_name = "FILE")]
+    #[arg(value_parser = output::path_with_extension(&["png", "exr"]))]
+    output: PathBuf,
+
+    /// Size of the picture in pixels
+    #[arg(long, value_name = "W,H", default_value = "1280,720", value_parser = values::resolution)]
+    resolution: (u32, u32),
+
+    /// How surfaces are turned into colours
+    #[arg(long, value_enum, default_value_t = ShadingName::Clay)]
+    shading: ShadingName,
+
+    /// Rays from the eye through each pixel
+    #[arg(long, value_name = "N", default_value_t = 16)]
+    #[arg(value_parser = clap::value_parser!(u32).range(1..=i64::from(MAX_SAMPLES)))]
+    samples: u32,
+
+    /// Chooses among equally good random numbers
+    #[arg(long, value_name = "N", default_value_t = 0)]
+    seed: u64,
+
+    #[command(flatten)]
+    camera: CameraOptions,
+
+    #[command(flatten)]
+    surroundings: SurroundingsOptions,
+
+    #[command(flatten)]
+    material: MaterialOptions,
+
+    #[command(flatten)]
+    light: LightOptions,
+}
+
+#[derive(Debug, Args)]
+#[command(next_help_heading = "Camera (by itself it shows the whole model)")]
+struct CameraOptions {
+    /// Which axis points up: +X, -X, +Y, -Y, +Z or -Z
+    #[arg(long, value_name = "AXIS", default_value = "+Y", allow_hyphen_values = true)]
+    #[arg(value_parser = up)]
+    up: Up,
+
+    /// Where the camera is
+    #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true, value_parser = values::vector)]
+    camera_position: Option<Vec3>,
+
+    /// What it looks at
+    #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true, value_parser = values::vector)]
+    camera_focal_point: Option<Vec3>,
+
+    /// The direction that is up in the picture
+    #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true)]
+    #[arg(value_parser = values::direction)]
+    camera_view_up: Option<Vec3>,
+
+    /// Angle between the picture's top and bottom edges, in degrees
+    #[arg(long, value_name = "DEGREES", default_value = "30", allow_hyphen_values = true)]
+    #[arg(value_parser = values::within(0.0, 180.0, false))]
+    camera_view_angle: f64,
+
+    /// How far to go round the model to the right of its front, in degrees
+    #[arg(long, value_name = "DEGREES", default_value = "30", allow_hyphen_values = true)]
+    #[arg(value_parser = values::finite, conflicts_with = "camera_position")]
+    camera_azimuth_angle: f64,
+
+    /// How far to rise above the model's middle, in degrees
+    #[arg(long, value_name = "DEGREES", default_value = "18", allow_hyphen_values = true)]
+    #[arg(value_parser = values::within(-90.0, 90.0, false), conflicts_with = "camera_position")]
+    camera_elevation_angle: f64,
+
+    /// Parallel lines stay parallel; the picture is HEIGHT units of the model high
+    #[arg(long, value_name = "HEIGHT", num_args = 0..=1, require_equals = true)]
+    #[arg(value_parser = values::within(0.0, f64::INFINITY, false))]
+    camera_orthographic: Option<Option<f64>>,
+}
+
+#[derive(Debug, Args)]
+#[command(next_help_heading = "Surroundings")]
+struct SurroundingsOptions {
+    /// One colour behind the model, as R,G,B in 0..1 or #RRGGBB
+    #[arg(long, value_name = "COLOR", value_parser = values::color)]
+    background_color: Option<[f32; 3]>,
+
+    /// Nothing behind the model: a transparent picture
+    #[arg(long, conflicts_with = "background_color")]
+    no_background: bool,
+
+    /// A plane under the model: shadow (default), checker, or a colour
+    #[arg(long, value_name = "LOOK", num_args = 0..=1, require_equals = true)]
+    #[arg(default_missing_value = "shadow", value_parser = ground_surface)]
+    ground: Option<GroundSurface>,
+
+    /// Where the plane lies along the up axis [default: touching the model]
+    #[arg(long, value_name = "H", allow_hyphen_values = true, value_parser = values::finite)]
+    #[arg(requires = "ground")]
+    ground_height: Option<f64>,
+
+    /// How much the plane mirrors, 0 to 1 (whitted)
+    #[arg(long, value_name = "SHARE", value_parser = values::within(0.0, 1.0, true))]
+    #[arg(requires = "ground")]
+    ground_reflectivity: Option<f64>,
+}
+
+#[derive(Debug, Args)]
+#[command(next_help_heading = "Material (instead of the file's)")]
+struct MaterialOptions {
+    /// A material to start from
+    #[arg(long, value_enum, value_name = "NAME")]
+    material: Option<MaterialName>,
+
+    /// Base colour, as R,G,B in 0..1 or #RRGGBB
+    #[arg(long, value_name = "COLOR", value_parser = values::color)]
+    color: Option<[f32; 3]>,
+
+    /// 0 for a dielectric, 1 for a metal
+    #[arg(long, value_name = "SHARE", value_parser = values::within(0.0, 1.0, true))]
+    metallic: Option<f64>,
+
+    /// 0 for a mirror, 1 for fully rough
+    #[arg(long, value_name = "SHARE", value_parser = values::within(0.0, 1.0, true))]
+    roughness: Option<f64>,
+
+    /// Index of refraction, 1 to 4
+    #[arg(long, value_name = "N", value_parser = values::within(1.0, 4.0, true))]
+    base_ior: Option<f64>,
+
+    /// Faces that meet at less than this angle look as one smooth surface, in degrees
+    #[arg(long, value_name = "DEGREES", value_parser = values::within(0.0, 180.0, true))]
+    smooth_angle: Option<f64>,
+}
+
+#[derive(Debug, Args)]
+#[command(next_help_heading = "Light")]
+struct LightOptions {
+    #[arg(long, value_name = "LIGHT", value_parser = values::light, help = values::LIGHT_GRAMMAR)]
+    light: Vec<Light>,
+
+    /// How often light may be mirrored or refracted (whitted)
+    #[arg(long, value_name = "N", default_value_t = 8)]
+    #[arg(value_parser = clap::value_parser!(u32).range(0..=i64::from(MAX_DEPTH)))]
+    max_depth: u32,
+
+    /// Rays into the surroundings for each ray from the eye (clay)
+    #[arg(long, value_name = "N", default_value_t = 4)]
+    #[arg(value_parser = clap::value_parser!(u32).range(1..=i64::from(MAX_SAMPLES)))]
+    occlusion_rays: u32,
+
+    /// How far surfaces darken each other, as a share of the model's diagonal (clay)
+    #[arg(long, value_name = "SHARE", default_value = "0.5")]
+    #[arg(value_parser = values::within(0.0, f64::INFINITY, false))]
+    occlusion_reach: f64,
+}
+
+#[derive(Clone, Copy, Debug, ValueEnum)]
+enum ShadingName {
+    /// Plaster under a soft sky with one soft key light
+    Clay,
+    /// Lights, shadows, mirrors and glass
+    Whitted,
+    /// The direction of the surface as a colour
+    Normal,
+    /// The distance from the camera: near is bright
+    Depth,
+    /// A random colour for each face
+    Face,
+    /// A heat map of the tree nodes and triangles visited
+    Steps,
+}
+
+impl From<ShadingName> for Shading {
+    fn from(name: ShadingName) -> Shading {
+        match name {
+            ShadingName::Clay => Shading::Clay,
+            ShadingName::Whitted => Shading::Whitted,
+            ShadingName::Normal => Shading::Normal,
+            ShadingName::Depth => Shading::Depth,
+            ShadingName::Face => Shading::Face,
+            ShadingName::Steps => Shading::Steps,
+        }
+    }
+}
+
+#[derive(Clone, Copy, Debug, ValueEnum)]
+enum MaterialName {
+    /// Rough and light grey
+    Plaster,
+    /// Smooth and light grey
+    Plastic,
+    /// Brushed metal
+    Metal,
+    /// A perfect mirror
+    Mirror,
+    /// Clear glass
+    Glass,
+}
+
+impl From<MaterialName> for Material {
+    fn from(name: MaterialName) -> Material {
+        let plain = Material::default();
+        let metal = |base_color, roughness| Material {
+            base_color,
+            metallic: 1.0,
+            roughness,
+            ..Material::default()
+        };
+        match name {
+            MaterialName::Plaster => plain,
+            MaterialName::Plastic => Material { roughness: 0.0, ..plain },
+            MaterialName::Metal => metal([0.6, 0.6, 0.62, 1.0], 0.4),
+            MaterialName::Mirror => metal([0.95, 0.95, 0.95, 1.0], 0.0),
+            MaterialName::Glass => {
+                let base_color = [1.0; 4];
+                Material { base_color, roughness: 0.0, transmission: 1.0, ..plain }
+            }
+        }
+    }
+}
+
+fn up(text: &str) -> Result<Up, String> {
+    text.parse().map_err(|_| "expected +X, -X, +Y, -Y, +Z or -Z".into())
+}
+
+fn ground_surface(text: &str) -> Result<GroundSurface, String> {
+    match text {
+        "shadow" => Ok(GroundSurface::Shadow),
+        "checker" => Ok(GroundSurface::Checker([0.82; 3], [0.45; 3])),
+        color => values::color(color)
+            .map(GroundSurface::Matte)
+            .map_err(|_| "expected shadow, checker, R,G,B in 0..1 or #RRGGBB".into()),
+    }
+}
+
+impl MaterialOptions {
+    /// The material that the options describe; `None` if they say nothing.
+    fn material(&self) -> Option<Material> {
+        let said = self.color.is_some()
+            || self.metallic.is_some()
+            || self.roughness.is_some()
+            || self.base_ior.is_some();
+        let mut material = match self.material {
+            Some(name) => name.into(),
+            None if said => Material::default(),
+            None => return None,
+        };
+        if let Some(color) = self.color {
+            let [r, g, b] = color.map(linear_from_srgb);
+            material.base_color = [r, g, b, 1.0];
+        }
+        let replace = |field: &mut f32, value: Option<f64>| {
+            *field = value.map_or(*field, |value| value as f32);
+        };
+        replace(&mut material.metallic, self.metallic);
+        replace(&mut material.roughness, self.roughness);
+        replace(&mut material.ior, self.base_ior);
+        Some(material)
+    }
+}
+
+impl Options {
+    fn settings(&self) -> RenderSettings {
+        let (camera, surroundings) = (&self.camera, &self.surroundings);
+        RenderSettings {
+            width: self.resolution.0,
+            height: self.resolution.1,
+            samples: self.samples,
+            seed: self.seed,
+            camera: CameraSettings {
+                projection: match camera.camera_orthographic {
+                    Some(height) => Projection::Orthographic { height },
+                    None => Projection::Perspective,
+                },
+                view_angle: camera.camera_view_angle,
+                up: camera.up,
+                position: camera.camera_position,
+                focal_point: camera.camera_focal_point,
+                view_up: camera.camera_view_up,
+                azimuth: camera.camera_azimuth_angle,
+                elevation: camera.camera_elevation_angle,
+                ..CameraSettings::default()
+            },
+            shading: self.shading.into(),
+            material: self.material.material(),
+            smooth_angle: self.material.smooth_angle,
+            ground: surroundings.ground.map(|surface| Ground {
+                height: surroundings.ground_height,
+                surface,
+                reflectivity: surroundings.ground_reflectivity.unwrap_or(0.0) as f32,
+            }),
+            background: match surroundings.background_color {
+                _ if surroundings.no_background => Background::Transparent,
+                Some(color) => Background::Color(color),
+                None => Background::Studio,
+            },
+            lights: self.light.light.clone(),
+            max_depth: self.light.max_depth,
+            occlusion_reach: self.light.occlusion_reach,
+            occlusion_rays: self.light.occlusion_rays,
+        }
+    }
+
+    fn write(&self, rendering: &Rendering, session: &Session) -> Result<f64, Failure> {
+        let is_exr = output::extension(&self.output).is_some_and(|e| e == "exr");
+        let ((), seconds) = session.timed(Stage::Write, |observer| {
+            output::write(&self.output, observer, |file| match is_exr {
+                true => rendering.write_exr(file),
+                false => rendering.write_png(BufWriter::new(file)),
+            })
+        })?;
+        Ok(seconds)
+    }
+}
+
+/// Draws the picture.
+pub fn run(options: &Options, session: Session) -> Result<(), Failure> {
+    output::check(&options.output, &[&options.mesh])?;
+    let settings = options.settings();
+    let (mesh, load_seconds) = session.load(&options.mesh)?;
+    let triangles = mesh.triangle_count() as u64;
+    let (scene, build_seconds) =
+        session.timed(Stage::Build, |observer| halfline::Scene::build(mesh, observer))?;
+    let (rendering, trace_seconds) = session
+        .timed(Stage::Trace, |observer| halfline_render::render(&scene, &settings, observer))?;
+    let write_seconds = options.write(&rendering, &session)?;
+
+    let rays = rendering.statistics.rays;
+    let rays_per_second = rendering.statistics.rays_per_second();
+    let peak_memory = session::peak_memory_bytes();
+    let mut figures = Figures::new();
+    let mut tell = |name: &str, value| figures.insert(name.into(), value);
+    tell("mesh", json!(options.mesh.to_string_lossy()));
+    tell("output", json!(options.output.to_string_lossy()));
+    tell("triangles", json!(triangles));
+    tell("width", json!(settings.width));
+    tell("height", json!(settings.height));
+    tell("shading", json!(settings.shading.name()));
+    tell("samples", json!(settings.samples));
+    tell("seed", json!(settings.seed));
+    tell("coverage", json!(rendering.coverage()));
+    tell("rays", json!(rays.total()));
+    tell(
+        "rays_by_kind",
+        json!({
+            "primary": rays.primary,
+            "occlusion": rays.occlusion,
+            "shadow": rays.shadow,
+            "reflection": rays.reflection,
+            "refraction": rays.refraction,
+        }),
+    );
+    tell("rays_per_second", json!(rays_per_second));
+    tell("load_seconds", json!(load_seconds));
+    tell("build_seconds", json!(build_seconds));
+    tell("trace_seconds", json!(trace_seconds));
+    tell("write_seconds", json!(write_seconds));
+    tell("peak_memory_bytes", json!(peak_memory));
+
+    let text = || {
+        let mut table = Table::new(options.output.display());
+        let note = format!("{} triangles", units::count(triangles));
+        table.row("load", units::seconds(load_seconds), note);
+        table.row("build", units::seconds(build_seconds), "");
+        let note = format!(
+            "{}rays, {}rays/s",
+            units::metric(rays.total() as f64),
+            units::metric(rays_per_second)
+        );
+        table.row("trace", units::seconds(trace_seconds), note);
+        let note = format!("{} x {} pixels", settings.width, settings.height);
+        table.row("write", units::seconds(write_seconds), note);
+        table.print()
+    };
+    session.tell(figures, text, false)
+}

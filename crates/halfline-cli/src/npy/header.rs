@@ -1,0 +1,321 @@
+//! The header of a `.npy` file.
+//!
+//! The format is NumPy's `numpy.lib.format`, versions 1 to 3. Its header is a Python dictionary
+//! of three known entries. Only these are understood here, not Python, so that a header from a
+//! stranger cannot nest until the stack overflows.
+
+use std::fs::File;
+use std::io::{ErrorKind, Read};
+use std::path::Path;
+
+use halfline::Error;
+use halfline::error::Result;
+
+/// NumPy itself refuses longer headers unless told otherwise (`max_header_size`).
+const LONGEST_HEADER: u32 = 10_000;
+
+/// How the numbers lie in the file.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Layout {
+    /// Rays.
+    pub rows: u64,
+    /// Numbers of a ray: 6 or 8.
+    pub columns: usize,
+    /// What each number is.
+    pub number: Number,
+    /// Most significant byte first.
+    pub big_endian: bool,
+    /// Column after column instead of ray after ray.
+    pub fortran_order: bool,
+}
+
+/// The types of number that rays may have.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Number {
+    /// Single precision.
+    Float32,
+    /// Double precision.
+    Float64,
+}
+
+impl Number {
+    /// Bytes.
+    pub fn size(self) -> usize {
+        match self {
+            Number::Float32 => 4,
+            Number::Float64 => 8,
+        }
+    }
+}
+
+/// The header's text, and where the data begins.
+pub fn read_header(file: &mut File, path: &Path) -> Result<(Vec<u8>, u64)> {
+    let no_npy = |error: std::io::Error| match error.kind() {
+        ErrorKind::UnexpectedEof => Error::format(path, "header", "the file ends within it"),
+        _ => Error::io(path, error),
+    };
+    let mut start = [0; 8];
+    file.read_exact(&mut start).map_err(|error| match error.kind() {
+        ErrorKind::UnexpectedEof => Error::format(path, "byte 0", "not a NumPy .npy file"),
+        _ => Error::io(path, error),
+    })?;
+    let (magic, version) = start.split_at(6);
+    if magic != b"\x93NUMPY" {
+        let hint = if magic.starts_with(b"PK") { " but perhaps an .npz archive" } else { "" };
+        return Err(Error::format(path, "byte 0", format!("not a NumPy .npy file{hint}")));
+    }
+    let (length, before) = match version {
+        [1, 0] => {
+            let mut length = [0; 2];
+            file.read_exact(&mut length).map_err(no_npy)?;
+            (u16::from_le_bytes(length).into(), 10)
+        }
+        [2 | 3, 0] => {
+            let mut length = [0; 4];
+            file.read_exact(&mut length).map_err(no_npy)?;
+            (u32::from_le_bytes(length), 12)
+        }
+        _ => {
+            let reason =
+                format!("unknown version {}.{}, expected 1.0, 2.0 or 3.0", version[0], version[1]);
+            return Err(Error::format(path, "byte 6", reason));
+        }
+    };
+    if length > LONGEST_HEADER {
+        let reason = format!("{length} bytes long, expected at most {LONGEST_HEADER}");
+        return Err(Error::format(path, "header", reason));
+    }
+    let mut header = vec![0; length as usize];
+    file.read_exact(&mut header).map_err(no_npy)?;
+    Ok((header, before + u64::from(length)))
+}
+
+/// What was read, or what is wrong.
+type Parsed<T> = std::result::Result<T, String>;
+
+/// The three entries of the dictionary.
+#[derive(Debug, PartialEq)]
+pub struct Header {
+    dtype: String,
+    fortran_order: bool,
+    shape: Vec<u64>,
+}
+
+impl Header {
+    /// Understands the text of a header.
+    pub fn parse(text: &[u8]) -> Parsed<Header> {
+        let mut cursor = Cursor { text, at: 0 };
+        let (mut dtype, mut fortran_order, mut shape) = (None, None, None);
+        cursor.expect(b'{')?;
+        while !cursor.accept(b'}') {
+            let key = cursor.string()?;
+            cursor.expect(b':')?;
+            match key.as_str() {
+                "descr" => dtype = Some(cursor.dtype()?),
+                "fortran_order" => fortran_order = Some(cursor.boolean()?),
+                "shape" => shape = Some(cursor.shape()?),
+                _ => return Err(format!("unknown entry '{}'", key.escape_default())),
+            }
+            if !cursor.accept(b',') {
+                cursor.expect(b'}')?;
+                break;
+            }
+        }
+        match (dtype, fortran_order, shape) {
+            (Some(dtype), Some(fortran_order), Some(shape)) => {
+                Ok(Header { dtype, fortran_order, shape })
+            }
+            (None, ..) => Err("no entry 'descr'".into()),
+            (_, None, _) => Err("no entry 'fortran_order'".into()),
+            (.., None) => Err("no entry 'shape'".into()),
+        }
+    }
+
+    /// How rays lie in a file with this header.
+    pub fn layout(&self) -> Parsed<Layout> {
+        let (big_endian, number) = match self.dtype.as_str() {
+            "<f4" => (false, Number::Float32),
+            "<f8" => (false, Number::Float64),
+            ">f4" => (true, Number::Float32),
+            ">f8" => (true, Number::Float64),
+            other => {
+                return Err(format!(
+                    "dtype is '{}', expected float32 or float64",
+                    other.escape_default()
+                ));
+            }
+        };
+        match self.shape[..] {
+            [rows, columns @ (6 | 8)] => Ok(Layout {
+                rows,
+                columns: columns as usize,
+                number,
+                big_endian,
+                fortran_order: self.fortran_order,
+            }),
+            _ => {
+                let shape: Vec<_> = self.shape.iter().map(u64::to_string).collect();
+                let comma = if shape.len() == 1 { "," } else { "" };
+                Err(format!(
+                    "shape is ({}{comma}), expected (n, 6) for origins and directions, or (n, 8) \
+                     with t_min and t_max",
+                    shape.join(", ")
+                ))
+            }
+        }
+    }
+}
+
+/// Reads the few Python literals that a header may hold.
+struct Cursor<'a> {
+    text: &'a [u8],
+    at: usize,
+}
+
+impl Cursor<'_> {
+    fn peek(&mut self) -> Option<u8> {
+        while self.text.get(self.at).is_some_and(u8::is_ascii_whitespace) {
+            self.at += 1;
+        }
+        self.text.get(self.at).copied()
+    }
+
+    fn accept(&mut self, byte: u8) -> bool {
+        let found = self.peek() == Some(byte);
+        self.at += usize::from(found);
+        found
+    }
+
+    fn expect(&mut self, byte: u8) -> Parsed<()> {
+        if self.accept(byte) { Ok(()) } else { Err(self.wrong(&format!("`{}`", byte as char))) }
+    }
+
+    fn wrong(&self, expected: &str) -> String {
+        match self.text.get(self.at) {
+            Some(&byte) => {
+                format!("`{}` at character {}, expected {expected}", byte.escape_ascii(), self.at)
+            }
+            None => format!("ends where {expected} was expected"),
+        }
+    }
+
+    /// The longest run of bytes that satisfy `keep`.
+    fn run(&mut self, keep: impl Fn(&u8) -> bool) -> &[u8] {
+        let rest = &self.text[self.at..];
+        let length = rest.iter().position(|byte| !keep(byte)).unwrap_or(rest.len());
+        self.at += length;
+        &rest[..length]
+    }
+
+    fn string(&mut self) -> Parsed<String> {
+        let quote = match self.peek() {
+            Some(quote @ (b'\'' | b'"')) => quote,
+            _ => return Err(self.wrong("a string")),
+        };
+        self.at += 1;
+        let string = String::from_utf8_lossy(self.run(|&byte| byte != quote)).into_owned();
+        self.expect(quote)?;
+        Ok(string)
+    }
+
+    fn dtype(&mut self) -> Parsed<String> {
+        match self.peek() {
+            Some(b'[') => Err("dtype is structured, expected float32 or float64".into()),
+            _ => self.string(),
+        }
+    }
+
+    fn boolean(&mut self) -> Parsed<bool> {
+        self.peek();
+        let start = self.at;
+        match self.run(u8::is_ascii_alphabetic) {
+            b"True" => Ok(true),
+            b"False" => Ok(false),
+            _ => {
+                self.at = start;
+                Err(self.wrong("True or False"))
+            }
+        }
+    }
+
+    fn shape(&mut self) -> Parsed<Vec<u64>> {
+        let mut shape = Vec::new();
+        self.expect(b'(')?;
+        while !self.accept(b')') {
+            self.peek();
+            let digits = String::from_utf8_lossy(self.run(u8::is_ascii_digit)).into_owned();
+            if digits.is_empty() {
+                return Err(self.wrong("a length"));
+            }
+            shape.push(digits.parse().map_err(|_| format!("length {digits} is too large"))?);
+            if !self.accept(b',') {
+                self.expect(b')')?;
+                break;
+            }
+        }
+        Ok(shape)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn parse(text: &str) -> Parsed<Header> {
+        Header::parse(text.as_bytes())
+    }
+
+    #[test]
+    fn headers_in_any_order_and_spacing() {
+        let expected = Header { dtype: "<f8".into(), fortran_order: false, shape: vec![3, 6] };
+        for text in [
+            "{'descr': '<f8', 'fortran_order': False, 'shape': (3, 6), }      \n",
+            "{\"shape\":(3,6),\"descr\":\"<f8\",\"fortran_order\":False}",
+            " { 'shape' : ( 3 , 6 , ) , 'fortran_order' : False , 'descr' : '<f8' } ",
+        ] {
+            assert_eq!(parse(text).as_ref(), Ok(&expected), "{text}");
+        }
+        let scalar = parse("{'descr':'<f4','fortran_order':True,'shape':()}").unwrap();
+        assert!(scalar.fortran_order && scalar.shape.is_empty());
+    }
+
+    #[test]
+    fn broken_headers_say_what_is_wrong() {
+        for (text, reason) in [
+            ("", "ends where `{` was expected"),
+            ("{'descr'", "ends where `:` was expected"),
+            ("{'descr': '<f8", "ends where `'` was expected"),
+            ("{'descr': [('x', '<f4')]", "dtype is structured, expected float32 or float64"),
+            ("{'fortran_order': 1}", "`1` at character 18, expected True or False"),
+            ("{'shape': (-3, 6)}", "`-` at character 11, expected a length"),
+            ("{'shape': (99999999999999999999,)}", "length 99999999999999999999 is too large"),
+            ("{'shape': ((((((3", "`(` at character 11, expected a length"),
+            ("{'descr': '<f8', 'fortran_order': False}", "no entry 'shape'"),
+            ("{'evil': 1}", "unknown entry 'evil'"),
+        ] {
+            assert_eq!(parse(text), Err(reason.to_string()), "{text}");
+        }
+    }
+
+    #[test]
+    fn only_rays_have_a_layout() {
+        let header = |dtype: &str, shape: &[u64]| Header {
+            dtype: dtype.into(),
+            fortran_order: true,
+            shape: shape.to_vec(),
+        };
+        assert_eq!(
+            header(">f4", &[7, 8]).layout(),
+            Ok(Layout {
+                rows: 7,
+                columns: 8,
+                number: Number::Float32,
+                big_endian: true,
+                fortran_order: true
+            })
+        );
+        assert!(header("<i8", &[7, 6]).layout().unwrap_err().starts_with("dtype is '<i8', exp"));
+        assert!(header("<f8", &[7]).layout().unwrap_err().starts_with("shape is (7,), exp"));
+        assert!(header("<f8", &[6, 7]).layout().unwrap_err().starts_with("shape is (6, 7), exp"));
+    }
+}

@@ -1,0 +1,119 @@
+//! What all subcommands share: threads, progress, interruption, and how results are told.
+
+use std::path::Path;
+use std::time::Instant;
+
+use halfline::progress::{Observer, Stage};
+use halfline::{Error, Mesh};
+use serde_json::{Map, Value};
+
+use crate::arguments::GlobalOptions;
+use crate::progress::{self, Progress};
+use crate::{interrupt, output};
+
+/// Why a subcommand ends without its result.
+#[derive(Debug)]
+pub enum Failure {
+    /// The arguments make no sense together.
+    Usage(String),
+    /// The input or the work failed, or the user ended it.
+    Work(Error),
+}
+
+impl From<Error> for Failure {
+    fn from(error: Error) -> Failure {
+        Failure::Work(error)
+    }
+}
+
+/// Figures by name, in the order in which they are told.
+pub type Figures = Map<String, Value>;
+
+/// One run of the command.
+pub struct Session {
+    progress: Progress,
+    quiet: bool,
+    json: bool,
+}
+
+impl Session {
+    /// Sets up threads, interruption and progress as `options` wish.
+    pub fn start(options: &GlobalOptions) -> Result<Session, Failure> {
+        rayon::ThreadPoolBuilder::new()
+            .num_threads(options.threads.into())
+            .build_global()
+            .map_err(|error| Error::invalid("--threads", error.to_string()))?;
+        interrupt::listen()
+            .map_err(|error| Error::invalid("signals", format!("cannot listen: {error}")))?;
+        Ok(Session {
+            progress: Progress::start(options.quiet),
+            quiet: options.quiet,
+            json: options.json,
+        })
+    }
+
+    /// Who hears of progress.
+    pub fn observer(&self) -> &dyn Observer {
+        &self.progress
+    }
+
+    /// From here on progress is that of `stage`.
+    pub fn begin(&self, stage: Stage) {
+        self.progress.begin(stage, progress::name(stage));
+    }
+
+    /// Does `work`, which is `stage`, and tells its result and how many seconds it took.
+    pub fn timed<T>(
+        &self,
+        stage: Stage,
+        work: impl FnOnce(&dyn Observer) -> halfline::error::Result<T>,
+    ) -> Result<(T, f64), Failure> {
+        self.timed_as(stage, progress::name(stage), work)
+    }
+
+    /// [`Session::timed`], for a stage that people know as `name`.
+    pub fn timed_as<T>(
+        &self,
+        stage: Stage,
+        name: &'static str,
+        work: impl FnOnce(&dyn Observer) -> halfline::error::Result<T>,
+    ) -> Result<(T, f64), Failure> {
+        self.progress.begin(stage, name);
+        let start = Instant::now();
+        let result = work(self.observer())?;
+        let seconds = start.elapsed().as_secs_f64();
+        self.observer().check()?;
+        Ok((result, seconds))
+    }
+
+    /// Reads a mesh, and tells how many seconds it took.
+    pub fn load(&self, path: &Path) -> Result<(Mesh, f64), Failure> {
+        self.timed(Stage::Load, |observer| halfline::io::load(path, observer))
+    }
+
+    /// Tells `figures` if JSON is wanted, otherwise `text`: always if it `is_the_result`, or
+    /// unless quiet if it only speaks of a result that lies in a file.
+    pub fn tell(
+        self,
+        figures: Figures,
+        text: impl FnOnce() -> String,
+        is_the_result: bool,
+    ) -> Result<(), Failure> {
+        let Session { progress, quiet, json } = self;
+        // The bar must be gone before anything else is printed on the same terminal.
+        drop(progress);
+        if json {
+            output::print(&format!("{:#}\n", Value::Object(figures)))?;
+        } else if is_the_result || !quiet {
+            output::print(&text())?;
+        }
+        Ok(())
+    }
+}
+
+/// The most memory that the process has held so far, where the system tells it.
+pub fn peak_memory_bytes() -> Option<u64> {
+    let status = std::fs::read_to_string("/proc/self/status").ok()?;
+    let kibibytes = status.lines().find_map(|line| line.strip_prefix("VmHWM:"))?;
+    Some(kibibytes.trim().strip_suffix(" kB")?.trim().parse::<u64>().ok()? * 1024)
+}

@@ -1,0 +1,128 @@
+"""The import check must pass this house, and catch every way of breaking its order."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import import_arrows
+import pytest
+
+LIB = """
+pub mod geometry;
+pub use geometry::{Aabb, Vec3};
+pub use mesh::Mesh;
+pub use scene::Scene;
+"""
+
+
+def house(tmp_path: Path, files: dict[str, str]) -> Path:
+    """A workspace whose library holds `files`, named relative to its src."""
+    crate = tmp_path / "crates" / "halfline"
+    for name, text in {"lib.rs": LIB, **files}.items():
+        path = crate / "src" / name
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text(text, encoding="utf-8")
+    (crate / "Cargo.toml").write_text('[package]\nname = "halfline"\n', encoding="utf-8")
+    return tmp_path
+
+
+def test_this_house_is_in_order() -> None:
+    assert import_arrows.check(Path(__file__).resolve().parent.parent) == []
+
+
+@pytest.mark.parametrize(
+    ("file", "source", "complaint"),
+    [
+        ("geometry/ray.rs", "use crate::mesh::Mesh;", "geometry may not import mesh"),
+        ("mesh/mod.rs", "use crate::io;", "mesh may not import io"),
+        ("tree/node.rs", "use crate::build::Params;", "tree may not import build"),
+        ("build/mod.rs", "fn f() { crate::traverse::closest() }", "build may not import traverse"),
+        ("build/mod.rs", "use crate::{geometry::Aabb, scene};", "build may not import scene"),
+        ("build/mod.rs", "use crate::Scene;", "build may not import scene"),
+        ("build/mod.rs", "use crate::{mesh::{self, Mesh}, Scene};", "build may not import scene"),
+        ("geometry.rs", "use super::mesh::Mesh;", "geometry may not import mesh"),
+        ("io/ply.rs", "use super::super::tree::Node;", "io may not import tree"),
+        ("io/ply.rs", "mod a { use super::super::super::tree; }", "io may not import tree"),
+        ("numeric/mod.rs", "use crate::simd::Lanes;", "numeric may not import simd"),
+        ("textbook.rs", "use crate::tree::Node;", "textbook may not import tree"),
+        ("brute_force.rs", "use crate::traverse;", "brute_force may not import traverse"),
+        ("scene.rs", "use crate::brute_force;", "scene may not import brute_force"),
+        ("error.rs", "use crate::geometry::Vec3;", "error may not import geometry"),
+        ("build/mod.rs", "use crate::*;", "build imports every room"),
+        ("build/mod.rs", "use crate::colours;", "build imports colours, which is no room"),
+        ("kitchen/mod.rs", "", "unknown room kitchen"),
+        ("mesh/mod.rs", "pub(in crate::scene) fn f() {}", "mesh may not import scene"),
+        ("mesh/mod.rs", "#[cfg(not(test))] mod a { use crate::io; }", "mesh may not import io"),
+        ("mesh/mod.rs", "#[cfg(test)] mod tests {} use crate::io;", "mesh may not import io"),
+    ],
+)
+def test_an_arrow_that_goes_back_is_caught(
+    tmp_path: Path, file: str, source: str, complaint: str
+) -> None:
+    complaints = import_arrows.check(house(tmp_path, {file: source}))
+    assert len(complaints) == 1
+    assert complaint in complaints[0]
+
+
+@pytest.mark.parametrize(
+    ("file", "source"),
+    [
+        ("scene.rs", "use crate::traverse; use crate::build; use crate::geometry::Ray;"),
+        ("io/ply.rs", "use super::Format; use crate::mesh::Mesh; use crate::error::Error;"),
+        ("build/mod.rs", "use crate::{Aabb, Mesh, numeric::{self, bounds}}; use std::io;"),
+        ("build/sub/mod.rs", "use super::super::tree; mod a { use super::super::super::mesh; }"),
+        ("build/tests.rs", "use crate::textbook; use crate::scene::Scene;"),
+        ("textbook.rs", "use crate::numeric::triangle; use crate::mesh::Mesh;"),
+        ("mesh/mod.rs", "// use crate::io;\n/* a /* crate::io */ crate::io */ fn f() {}"),
+        ("mesh/mod.rs", 'fn f() { g("crate::io", r#"" crate::io"#, b"\\" crate::io", \'"\') }'),
+        ("mesh/mod.rs", "fn f<'a>(x: &'a str) -> char { '\\'' } fn g<'b>(x: &'b str) {}"),
+        ("mesh/mod.rs", "#[cfg(test)]\nmod tests {\n use crate::scene; use super::super::io;\n}"),
+        ("mesh/mod.rs", "#[cfg(test)] #[allow(x)] pub(crate) mod tests { use crate::textbook; }"),
+    ],
+)
+def test_what_is_allowed_passes(tmp_path: Path, file: str, source: str) -> None:
+    assert import_arrows.check(house(tmp_path, {file: source})) == []
+
+
+def test_a_complaint_names_the_line(tmp_path: Path) -> None:
+    source = '/* one\n two */\nconst A: &str = "three\nfour";\nuse crate::scene;\n'
+    (complaint,) = import_arrows.check(house(tmp_path, {"mesh/mod.rs": source}))
+    assert complaint.endswith("mesh/mod.rs:5: mesh may not import scene")
+
+
+def test_unsafe_is_caught_outside_its_rooms(tmp_path: Path) -> None:
+    block = "fn f() { unsafe { g() } }"
+    files = {
+        "io/map.rs": block,
+        "simd/avx2.rs": block,
+        "io/ply.rs": "// unsafe\n" + block,
+        "mesh/mod.rs": "#[cfg(test)] mod tests { " + block + " }",
+    }
+    root = house(tmp_path, files)
+    example = root / "crates" / "halfline" / "examples" / "one.rs"
+    example.parent.mkdir()
+    example.write_text(block, encoding="utf-8")
+    complaints = import_arrows.check(root)
+    places = [complaint.split("halfline/")[1].split(" ")[0] for complaint in complaints]
+    assert places == ["examples/one.rs:1:", "src/io/ply.rs:2:", "src/mesh/mod.rs:1:"]
+
+
+@pytest.mark.parametrize(
+    "dependency",
+    [
+        "[dependencies]\nhalfline-cli.workspace = true",
+        '[dev-dependencies]\nhalfline-cli = { path = "../halfline-cli" }',
+        "[dependencies.halfline-cli]\nworkspace = true",
+        '[target."cfg(unix)".dependencies]\nhalfline-cli.workspace = true',
+    ],
+)
+def test_a_crate_that_depends_backwards_is_caught(tmp_path: Path, dependency: str) -> None:
+    root = house(tmp_path, {})
+    manifest = root / "crates" / "halfline-render" / "Cargo.toml"
+    manifest.parent.mkdir()
+    text = (
+        f'[package]\nname = "halfline-render"\n\n[dependencies]\nhalfline = "1"\n\n{dependency}\n'
+    )
+    manifest.write_text(text, encoding="utf-8")
+    (complaint,) = import_arrows.check(root)
+    assert "halfline-render may not depend on halfline-cli" in complaint
