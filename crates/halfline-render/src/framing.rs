@@ -88,7 +88,8 @@ pub(crate) fn perspective_stand(
     let z_by_width = -(m.right + m.left) / (slopes.right + slopes.left);
     let z_by_height = -(m.up + m.down) / (slopes.up + slopes.down);
     let z = z_by_width.min(z_by_height).min(m.nearest - clearance);
-    // Within what is left of room, in the middle.
+    // In the middle of what room is left: exactly where the width or height decided, and as near
+    // as one pass can tell in the other direction.
     let x = 0.5 * ((m.right + slopes.right * z) - (m.left + slopes.left * z));
     let y = 0.5 * ((m.up + slopes.up * z) - (m.down + slopes.down * z));
     Some(Stand { eye: [x, y, z] })
