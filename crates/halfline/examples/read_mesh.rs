@@ -12,7 +12,14 @@ use halfline::progress::Silent;
 /// Loads of the same file; the first may have to wait for the disk.
 const LOADS: usize = 5;
 
-fn main() -> halfline::error::Result<()> {
+fn main() {
+    if let Err(error) = run() {
+        eprintln!("{error}");
+        std::process::exit(1);
+    }
+}
+
+fn run() -> halfline::error::Result<()> {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
     match arguments.iter().map(String::as_str).collect::<Vec<_>>()[..] {
         [file] => read(Path::new(file)),
