@@ -1,6 +1,10 @@
-//! Meshes and rays that are made to hurt.
+//! Meshes and rays that are made to hurt, and what every tree must be like.
+
+// Each test program uses a part of it.
+#![allow(dead_code)]
 
 use halfline::mesh::Positions;
+use halfline::tree::{BLOCK_SIZE, Bounds, KdTree, MAX_DEPTH, Node, NodeKind, Split};
 use halfline::{Mesh, Ray, Vec3};
 
 /// A small generator of numbers (SplitMix64), so that failures can be repeated.
@@ -260,4 +264,48 @@ pub fn nasty_ray(mesh: &Mesh, planes: &[(usize, f64)], random: &mut Random) -> R
 pub fn ray_budget() -> usize {
     std::env::var("HALFLINE_TEST_RAYS")
         .map_or(100_000, |rays| rays.parse().expect("HALFLINE_TEST_RAYS is a number of rays"))
+}
+
+fn contains(outer: &Bounds, inner: &Bounds) -> bool {
+    inner.is_empty() || (0..3).all(|a| outer.min[a] <= inner.min[a] && inner.max[a] <= outer.max[a])
+}
+
+/// Walks the whole tree and fails unless it is what `tree/` says.
+pub fn check_structure(name: &str, tree: &KdTree, mesh: &Mesh) {
+    let mut seen = vec![false; mesh.triangle_count()];
+    let mut referenced = 0;
+    let mut pending: Vec<(Node, usize)> = vec![(tree.root, 0)];
+    while let Some((node, depth)) = pending.pop() {
+        assert!(depth < MAX_DEPTH, "{name}: depth {depth}");
+        match node.kind() {
+            NodeKind::Leaf { first, count } => {
+                assert!(count as usize <= BLOCK_SIZE, "{name}: a leaf of {count}");
+                for (i, &face) in tree.faces(first, count).iter().enumerate() {
+                    seen[face as usize] = true;
+                    assert_eq!(
+                        tree.corners.get(mesh, first as usize + i, face),
+                        mesh.corners(face),
+                        "{name}: corners of face {face}"
+                    );
+                }
+                referenced += count as usize;
+            }
+            NodeKind::Inner { children, split } => {
+                let [first, second] = tree.children[children as usize].0;
+                for child in [first, second] {
+                    assert!(contains(&node.bounds, &child.bounds), "{name}: {child:?} in {node:?}");
+                    pending.push((child, depth + 1));
+                }
+                if let Split::Plane { axis, position } = split {
+                    let below = first.bounds.is_empty() || first.bounds.max[axis] <= position;
+                    let above = second.bounds.is_empty() || second.bounds.min[axis] >= position;
+                    assert!(below && above, "{name}: {split:?} between {first:?} and {second:?}");
+                }
+            }
+        }
+    }
+    assert_eq!(referenced, tree.references.len(), "{name}: every reference in one leaf");
+    let missing = seen.iter().filter(|&&seen| !seen).count();
+    let skipped = tree.skipped_zero_area + tree.skipped_non_finite;
+    assert_eq!(missing, skipped, "{name}: faces without a reference");
 }

@@ -1,0 +1,98 @@
+//! What the builder promises about every tree.
+
+mod common;
+
+use common::{check_structure, meshes, soup};
+use halfline::build::BuildParameters;
+use halfline::error::Error;
+use halfline::mesh::Positions;
+use halfline::mesh::generate::{Kind, generate};
+use halfline::progress::{Observer, Silent};
+use halfline::tree::KdTree;
+use halfline::{Mesh, Ray, Scene, Vec3};
+
+fn parameters() -> [BuildParameters; 3] {
+    [
+        BuildParameters { last_cell_triangles: 8, spare_references: 16.0 },
+        BuildParameters::default(),
+        BuildParameters { last_cell_triangles: 1, spare_references: 0.0 },
+    ]
+}
+
+#[test]
+fn trees_are_what_they_should_be() {
+    let generated = [Kind::Scan, Kind::Hall, Kind::Soup, Kind::Terrain, Kind::Tree]
+        .map(|kind| (kind.name(), generate(kind, 30_000, 1, &Silent).expect("generates")));
+    for (name, mesh) in meshes().into_iter().chain(generated) {
+        for parameters in parameters() {
+            let scene = Scene::build_with(mesh.clone(), &parameters, &Silent).expect("builds");
+            check_structure(name, scene.tree(), &mesh);
+            let limit = mesh.triangle_count() as f64 * (1.0 + parameters.spare_references);
+            assert!(scene.tree().references.len() as f64 <= limit, "{name}: {parameters:?}");
+        }
+    }
+}
+
+#[test]
+fn the_tree_does_not_depend_on_the_number_of_threads() {
+    let mesh = generate(Kind::Hall, 60_000, 1, &Silent).expect("generates");
+    let build = |threads| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("a pool");
+        pool.install(|| Scene::new(mesh.clone()).expect("builds"))
+    };
+    let (one, four) = (build(1), build(4));
+    let [one, four] = [one.tree(), four.tree()];
+    assert_eq!(one.references, four.references);
+    let bytes = |tree: &KdTree| bytemuck::cast_slice::<_, u8>(&tree.children).to_vec();
+    assert!(bytes(one) == bytes(four), "nodes differ");
+}
+
+#[test]
+fn empty_meshes_and_meshes_of_skipped_faces_are_never_hit() {
+    let nan = f64::NAN;
+    let vertices = vec![[nan, 0.0, 0.0], [0.0; 3], [1.0, 1.0, 1.0], [2.0, 2.0, 2.0]];
+    let skipped = Mesh::new(Positions::F64(vertices), vec![[0, 1, 2], [1, 2, 3], [1, 1, 2]]);
+    for (mesh, zero_area, non_finite) in [(soup([]), 0, 0), (skipped.expect("a valid mesh"), 2, 1)]
+    {
+        let scene = Scene::new(mesh).expect("builds");
+        let tree = scene.tree();
+        assert_eq!((tree.skipped_zero_area, tree.skipped_non_finite), (zero_area, non_finite));
+        let statistics = scene.tree_statistics();
+        assert_eq!((statistics.leaves, statistics.empty_leaves, statistics.references), (1, 1, 0));
+        let ray = Ray::new(Vec3::ZERO, Vec3::from([1.0, 1.0, 1.0]));
+        assert!(!scene.closest(&ray).is_hit() && !scene.any(&ray));
+    }
+}
+
+#[test]
+fn a_build_ends_when_it_is_told_to() {
+    struct Impatient;
+    impl Observer for Impatient {
+        fn cancelled(&self) -> bool {
+            true
+        }
+    }
+    let mesh = generate(Kind::Sphere, 20_000, 1, &Silent).expect("generates");
+    assert!(matches!(Scene::build(mesh, &Impatient), Err(Error::Interrupted)));
+}
+
+#[test]
+fn senseless_parameters_are_refused() {
+    for (parameters, name) in [
+        (
+            BuildParameters { last_cell_triangles: 0, ..BuildParameters::default() },
+            "last_cell_triangles",
+        ),
+        (
+            BuildParameters { spare_references: f64::NAN, ..BuildParameters::default() },
+            "spare_references",
+        ),
+        (
+            BuildParameters { spare_references: -1.0, ..BuildParameters::default() },
+            "spare_references",
+        ),
+    ] {
+        let error = Scene::build_with(soup([]), &parameters, &Silent).err().expect("an error");
+        assert!(error.to_string().starts_with(name), "{error}");
+    }
+}
