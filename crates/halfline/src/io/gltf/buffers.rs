@@ -140,15 +140,7 @@ impl<'a> Buffers<'a> {
             let bytes = decode_data(data).map_err(|e| Refusal::Reason(e.to_owned()))?;
             return Ok(Some(Bytes::Shared(bytes.into())));
         }
-        let refuse = |reason: &str| Refusal::Reason(format!("{} {reason}", short(uri)));
-        // Looked at before and after decoding: `http:` and `http%3A` are both refused.
-        if sibling::has_scheme(uri) {
-            return Err(refuse("names a scheme or a drive; only files beside the mesh are read"));
-        }
-        let name = percent_encoding::percent_decode_str(uri)
-            .decode_utf8()
-            .map_err(|_| refuse("is not UTF-8 once decoded"))?;
-        let place = sibling::locate(self.path, &name).map_err(refuse)?;
+        let place = self.place_of(uri).map_err(Refusal::Reason)?;
         if let Some(bytes) = self.files.borrow().get(&place) {
             return Ok(Some(Bytes::Shared(bytes.clone())));
         }
@@ -157,6 +149,37 @@ impl<'a> Buffers<'a> {
         let bytes: Rc<[u8]> = bytes.into();
         self.files.borrow_mut().insert(place, bytes.clone());
         Ok(Some(Bytes::Shared(bytes)))
+    }
+
+    /// Where the file lies that a URI names, or why it is refused.
+    fn place_of(&self, uri: &str) -> std::result::Result<PathBuf, String> {
+        let refuse = |reason: &str| format!("{} {reason}", short(uri));
+        // Looked at before and after decoding: `http:` and `http%3A` are both refused.
+        if sibling::has_scheme(uri) {
+            return Err(refuse("names a scheme or a drive; only files beside the mesh are read"));
+        }
+        let name = percent_encoding::percent_decode_str(uri)
+            .decode_utf8()
+            .map_err(|_| refuse("is not UTF-8 once decoded"))?;
+        sibling::locate(self.path, &name).map_err(refuse)
+    }
+
+    /// Refuses a document that names anything outside of its folder, needed or not: such a file
+    /// was not made for this place.
+    pub fn check_uris(&self) -> Result<()> {
+        let buffers = self.document.buffers.iter().map(|buffer| buffer.uri.as_deref());
+        let images = self.document.images.iter().map(|image| image.uri.as_deref());
+        let named = (buffers.enumerate().map(|(index, uri)| ("buffer", index, uri)))
+            .chain(images.enumerate().map(|(index, uri)| ("image", index, uri)));
+        for (kind, index, uri) in named {
+            let Some(uri) = uri.filter(|uri| strip_prefix_ignoring_case(uri, "data:").is_none())
+            else {
+                continue;
+            };
+            self.place_of(uri)
+                .map_err(|reason| Error::format(self.path, format!("{kind} {index}"), reason))?;
+        }
+        Ok(())
     }
 }
 

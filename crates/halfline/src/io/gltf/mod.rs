@@ -65,6 +65,7 @@ pub fn read(path: &Path, bytes: &[u8], observer: &dyn Observer) -> Result<Mesh> 
     let document = parse(path, json)?;
     observer.check()?;
     let buffers = Buffers::new(path, bytes.len(), &document, binary_chunk);
+    buffers.check_uris()?;
     let mesh = assemble::assemble(&buffers, bytes.len() as u64, observer)?;
     observer.report(Stage::Load, bytes.len() as u64, bytes.len() as u64);
     Ok(mesh)
