@@ -40,8 +40,9 @@ demo: release ## generate a scan of 5.5 million triangles and render it
 
 .PHONY: test
 test: rust venv ## run all tests, Rust's and Python's
+	@# Builds the command too, for its own tests; building it by itself would build half of the
+	@# crates again, with the features that they have without the tests.
 	cargo test --locked --workspace
-	cargo build --locked --package halfline-cli
 	HALFLINE_BIN="$(target_dir)/debug/halfline" $(VENV)/bin/python -m pytest
 
 .PHONY: test-long
