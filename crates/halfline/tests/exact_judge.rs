@@ -1,6 +1,6 @@
 //! The triangle test against exact rational arithmetic that shares no code with it.
 
-use halfline::numeric::PreparedRay;
+use halfline::numeric::{Orientation, PreparedRay, is_zero_area};
 use halfline::{Ray, Vec3};
 use num_rational::BigRational;
 use num_traits::{Signed, ToPrimitive, Zero};
@@ -42,10 +42,33 @@ fn judge(ray: &Ray, corners: [Vec3; 3]) -> Option<[Q; 3]> {
     (!u.is_negative() && !v.is_negative() && !w.is_negative()).then_some([t, u, v])
 }
 
-/// Fails unless the test under trial agrees: the same verdict, t to the bit, u and v to 2^-52.
+/// True if the line crosses the triangle once its origin is moved by the infinitesimal
+/// (e, e^2, e^3). That adds `(e, e^2, e^3) . (p - q) x direction` to the side of the edge from p to
+/// q on which the line passes, so the components of that product decide where the side is zero.
+fn crosses(ray: &Ray, corners: [Vec3; 3]) -> bool {
+    let (origin, direction) = (exact(ray.origin), exact(ray.direction));
+    let corners = corners.map(|corner| minus(&exact(corner), &origin));
+    let sides = [(1, 2), (2, 0), (0, 1)].map(|(i, j)| {
+        let (p, q) = (&corners[i], &corners[j]);
+        let moved = cross(&minus(p, q), &direction);
+        let terms = [dot(&direction, &cross(p, q))].into_iter().chain(moved);
+        terms.map(|term| term.cmp(&Q::zero())).find(|order| order.is_ne())
+    });
+    sides[0].is_some() && sides[0] == sides[1] && sides[1] == sides[2]
+}
+
+/// True if the corners run counter-clockwise for someone who looks along the direction.
+fn is_front(ray: &Ray, corners: [Vec3; 3]) -> bool {
+    let [a, b, c] = corners.map(exact);
+    dot(&exact(ray.direction), &cross(&minus(&b, &a), &minus(&c, &a))).is_negative()
+}
+
+/// Fails unless the test under trial agrees: the same verdict, t to the bit, u and v to 2^-52, the
+/// same side, and the same answer to whether it is a crossing.
 fn check(ray: Ray, corners: [Vec3; 3]) -> Result<(), TestCaseError> {
     let prepared = PreparedRay::new(&ray);
-    let found = prepared.and_then(|r| r.meet(corners).map(|contact| r.hit(contact.t, 0, corners)));
+    let found = prepared
+        .and_then(|r| r.meet(corners).map(|contact| (contact, r.hit(contact.t, 0, corners))));
     let expected = judge(&ray, corners).filter(|[t, ..]| {
         // t is compared with the range after rounding, as documented.
         let t = nearest_double(t);
@@ -53,11 +76,18 @@ fn check(ray: Ray, corners: [Vec3; 3]) -> Result<(), TestCaseError> {
     });
     match (found, expected) {
         (None, None) => {}
-        (Some(hit), Some([t, u, v])) => {
-            prop_assert_eq!(hit.t, nearest_double(&t), "t of {:?} {:?}", ray, corners);
+        (Some((contact, hit)), Some([t, u, v])) => {
+            // To the bit, so that a zero is no negative one.
+            let (got, want) = (hit.t.to_bits(), nearest_double(&t).to_bits());
+            prop_assert_eq!(got, want, "t of {:?} {:?}: {:?}", ray, corners, hit);
+            let crossing = contact.is_crossing;
+            prop_assert_eq!(crossing, crosses(&ray, corners), "{:?} {:?}", ray, corners);
+            let front = contact.orientation == Orientation::Front;
+            prop_assert_eq!(front, is_front(&ray, corners), "{:?} {:?}", ray, corners);
             for (got, want) in [(hit.u, u), (hit.v, v)] {
                 let want = nearest_double(&want);
                 prop_assert!((got - want).abs() <= f64::EPSILON, "{} for {}", got, want);
+                prop_assert!((0.0..=1.0).contains(&got), "{} is no weight", got);
             }
         }
         (found, expected) => prop_assert!(
@@ -65,7 +95,7 @@ fn check(ray: Ray, corners: [Vec3; 3]) -> Result<(), TestCaseError> {
             "{:?} {:?}: found {:?}, but exactly it is {:?}",
             ray,
             corners,
-            found,
+            found.map(|(_, hit)| hit),
             expected.map(|e| e.map(|x| nearest_double(&x)))
         ),
     }
@@ -165,6 +195,47 @@ proptest! {
         if let (Some(p), Some(s)) = (plain, scaled) {
             prop_assert_eq!((p.t, p.u, p.v), (s.t * 2f64.powi(speed - size), s.u, s.v));
         }
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 4000, ..ProptestConfig::default() })]
+
+    /// Corners on one line, nearly on one line, and not: in map coordinates differences round.
+    #[test]
+    fn triangles_without_area_are_told_from_thin_ones(
+        a in grid_point(2), b in grid_point(2), times in -3..=3i32,
+        unit in prop_oneof![Just(1.0), Just(0.1), Just(1e-9)],
+        offset in prop_oneof![Just(0.0), Just(0.3), Just(1e7)],
+        steps in prop::array::uniform3(-1..=1i32),
+    ) {
+        let shift = Vec3::splat(offset);
+        let c = a + (b - a) * f64::from(times);
+        let [a, b, c] = [a, b, c].map(|corner| corner * unit + shift);
+        // From zero the next double is denormal, and products with it underflow.
+        let step = |axis: usize| if c[axis] == 0.0 { 0 } else { steps[axis] };
+        let nudged = [0, 1, 2].map(|axis| nudge(c[axis], step(axis)));
+        for corners in [[a, b, c], [a, b, Vec3::from(nudged)]] {
+            let [p, q, r] = corners.map(exact);
+            let normal = cross(&minus(&q, &p), &minus(&r, &p));
+            prop_assert_eq!(is_zero_area(corners), normal.iter().all(Zero::is_zero), "{:?}", corners);
+        }
+    }
+}
+
+/// t halfway between two doubles goes to the even one, from wherever the ray comes.
+#[test]
+fn ties_of_t_are_rounded_to_even() {
+    for k in 0..64 {
+        // The distance from -1 to the plane takes 54 bits if k is odd.
+        let z = 1.0 + f64::from(k) * f64::EPSILON;
+        let corners = [[-1.0, -1.0, z], [1.0, -1.0, z], [0.0, 1.0, z]].map(Vec3::from);
+        let [down, up] = [-1.0, 1.0].map(|z| Vec3::from([0.0, 0.0, z]));
+        check(Ray::new(down, up), corners).expect("agrees with the judge");
+        let flipped = corners.map(|corner| corner * -1.0);
+        check(Ray::new(up, down), flipped).expect("agrees with the judge");
+        let range = (f64::NEG_INFINITY, f64::INFINITY);
+        check(Ray::with_range(down, down, range.0, range.1), corners).expect("agrees");
     }
 }
 

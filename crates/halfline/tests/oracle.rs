@@ -10,7 +10,7 @@ use halfline::textbook::{
     KdTree, Middle, Node, ObjectMedian, SplittingRule, SurfaceArea, Termination,
 };
 use halfline::tree::{NodeKind, Split};
-use halfline::{Hit, Mesh, Ray, Scene, brute_force};
+use halfline::{Hit, Mesh, Ray, Scene, Vec3, brute_force};
 use rayon::prelude::*;
 
 /// The splitting planes of a textbook tree.
@@ -131,6 +131,31 @@ fn engine_agrees_with_brute_force() {
             let name = format!("{name}, {parameters:?}");
             compare(&name, mesh, &planes, rays / 3, seed as u64, |ray| by_engine(&scene, ray));
         }
+    }
+}
+
+/// The faces in the leaves of a textbook tree.
+fn textbook_faces(node: &Node, faces: &mut Vec<u32>) {
+    match node {
+        Node::Leaf { triangles } => faces.extend(triangles),
+        Node::Inner { children, .. } => {
+            children.iter().for_each(|child| textbook_faces(child, faces));
+        }
+    }
+}
+
+#[test]
+fn textbook_trees_hold_each_finite_face_and_no_other() {
+    for (name, mesh) in meshes() {
+        let tree =
+            KdTree::init_kd_tree(&mesh, &Middle, &Termination::automatic(mesh.triangle_count()));
+        let mut faces = Vec::new();
+        textbook_faces(tree.root(), &mut faces);
+        faces.sort_unstable();
+        faces.dedup();
+        let finite = |&face: &u32| mesh.corners(face).into_iter().all(Vec3::is_finite);
+        let expected: Vec<u32> = (0..mesh.triangle_count() as u32).filter(finite).collect();
+        assert_eq!(faces, expected, "{name}");
     }
 }
 

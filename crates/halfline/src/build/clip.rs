@@ -145,11 +145,18 @@ mod tests {
         };
         for round in 0..20_000 {
             // Every other triangle is a sliver; every third plane touches a corner.
-            let a = vec3(random(), random(), random());
-            let b = vec3(random(), random(), random());
+            let mut a = vec3(random(), random(), random());
+            let mut b = vec3(random(), random(), random());
             let thin = if round % 2 == 0 { 1.0 } else { 1e-15 };
-            let c = a + (b - a) * random() + vec3(random(), random(), random()) * thin;
+            let mut c = a + (b - a) * random() + vec3(random(), random(), random()) * thin;
             let axis = round % 3;
+            if round % 7 == 0 {
+                // Level but for a few roundings, at a height where a box may end.
+                let (height, level) = (f64::from(random() as f32), (axis + 1) % 3);
+                for corner in [&mut a, &mut b, &mut c] {
+                    corner[level] = height + (random() * 1.5).round() * FRAME_ERROR;
+                }
+            }
             let plane = if round % 5 == 0 { a[axis] } else { random() } as f32;
             let cell = Bounds {
                 min: [0, 1, 2].map(|_| round_down(random() - 0.5)),

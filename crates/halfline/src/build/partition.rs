@@ -88,3 +88,47 @@ pub fn cut(
     slots.copy_within(next..added, second_start);
     Some(Sides { second_start, counts, bounds })
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geometry::vec3;
+
+    /// Each face ends on the sides that it reaches into, wherever in the list it comes: also one
+    /// whose box straddles the plane but whose part below has left the cell.
+    #[test]
+    fn faces_go_where_they_reach() {
+        let bounds = |low: f32, high: f32| Bounds { min: [low, 0.0, -1.0], max: [high, 0.25, 1.0] };
+        let references = [
+            Reference::new(0, bounds(0.0, 1.0)),
+            Reference::new(1, bounds(0.0, 0.25)),
+            Reference::new(2, bounds(0.25, 0.5)),
+            Reference::new(3, bounds(0.5, 0.75)),
+            Reference::new(4, bounds(0.75, 1.0)),
+            Reference::new(5, bounds(0.0, 1.0)),
+            Reference::new(6, bounds(0.0, 1.0)),
+        ];
+        let corners_of = |face: u32| match face {
+            0 => [vec3(1.0, 0.0, 0.0), vec3(0.0, 1.0, 0.0), vec3(0.1, 1.0, 0.1)],
+            5 => [vec3(0.0, 0.0, 0.0), vec3(1.0, 1.0, 0.0), vec3(0.9, 1.0, 0.1)],
+            6 => [vec3(0.0, 0.0, 0.0), vec3(1.0, 0.0, 0.0), vec3(0.5, 0.25, 1.0)],
+            _ => unreachable!("face {face} does not straddle the plane"),
+        };
+        for (step, first) in (1..7).flat_map(|step| (0..7).map(move |first| (step, first))) {
+            let mut slots = [Reference::new(u32::MAX, Bounds::EMPTY); 12];
+            for i in 0..7 {
+                slots[i] = references[(first + step * i) % 7];
+            }
+            let sides = cut(&mut slots, 7, 0, 0.5, corners_of).expect("there is room");
+            let faces = |start: usize, count: usize| {
+                let mut faces: Vec<u32> =
+                    slots[start..start + count].iter().map(|r| r.face).collect();
+                faces.sort_unstable();
+                faces
+            };
+            assert_eq!(faces(0, sides.counts[0]), [1, 2, 5, 6]);
+            assert_eq!(faces(sides.second_start, sides.counts[1]), [0, 3, 4, 6]);
+            assert!(sides.bounds[0].max[0] <= 0.5 && sides.bounds[1].min[0] >= 0.5);
+        }
+    }
+}

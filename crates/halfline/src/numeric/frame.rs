@@ -105,6 +105,9 @@ mod tests {
             ([1e-30, -2e-30, 0.0], [3e-30, 2e-30, 1e-30]),
             ([-1e30, 1e29, 0.0], [1e30, 2e30, 0.0]),
             ([7.0, 7.0, 7.0], [7.0, 7.0, 7.0]),
+            // Less 1, the lower corners round to single precision numbers, from either side.
+            ([2f64.powi(-7) + 2f64.powi(-59); 3], [2.0 + 2f64.powi(-7); 3]),
+            ([2f64.powi(-7) - 2f64.powi(-59); 3], [2.0 + 2f64.powi(-7); 3]),
         ];
         boxes
             .into_iter()

@@ -4,6 +4,7 @@
 #![allow(dead_code)]
 
 use halfline::mesh::Positions;
+use halfline::numeric::PreparedRay;
 use halfline::tree::{BLOCK_SIZE, Bounds, KdTree, MAX_DEPTH, Node, NodeKind, Split};
 use halfline::{Mesh, Ray, Vec3};
 
@@ -43,6 +44,13 @@ pub fn soup(triangles: impl IntoIterator<Item = [Vec3; 3]>) -> Mesh {
     let vertices: Vec<[f64; 3]> = triangles.into_iter().flatten().map(Vec3::to_array).collect();
     let faces = (0..vertices.len() as u32 / 3).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect();
     Mesh::new(Positions::F64(vertices), faces).expect("a valid mesh")
+}
+
+/// The same triangles in single precision, of which trees keep copies.
+fn in_single_precision(mesh: &Mesh) -> Mesh {
+    let Positions::F64(positions) = mesh.positions() else { return mesh.clone() };
+    let positions = positions.iter().map(|p| p.map(|x| x as f32)).collect();
+    Mesh::new(Positions::F32(positions), mesh.triangles().to_vec()).expect("a valid mesh")
 }
 
 /// The surface of the cube [-n, n]^3 in unit squares, each cut in two.
@@ -163,11 +171,24 @@ pub fn meshes() -> Vec<(&'static str, Mesh)> {
             [[nan, p, Vec3::ZERO], [p, infinite, Vec3::ZERO], [p, p, p], [p, p * 2.0, p * 3.0]];
         soup(bad.into_iter().chain(good))
     };
+    // Sheets across each axis, one unit in the last place apart: from afar many have the same t, and
+    // a plane between two of them is passed at that t or, with rounding, beside it.
+    let sheets = soup((0..240).map(|i| {
+        let (axis, sheet) = (i % 3, random.below(24) as f64);
+        [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]].map(|[p, q]| {
+            let mut corner = Vec3::splat(1.0 + sheet * f64::EPSILON);
+            corner[(axis + 1) % 3] = p;
+            corner[(axis + 2) % 3] = q;
+            corner
+        })
+    }));
     let far = Vec3::from([500_000.0, 5_400_000.0, 12.0]);
     vec![
         ("grid cube", grid_cube(4)),
         ("stairs", stairs(8)),
         ("sphere", sphere(3, Vec3::ZERO, 1.0)),
+        ("sphere in single precision", in_single_precision(&sphere(3, Vec3::ZERO, 1.0))),
+        ("stairs in single precision", in_single_precision(&stairs(8))),
         ("sphere in map coordinates", sphere(3, far, 2.0)),
         ("tiny sphere", sphere(2, Vec3::ZERO, 1e-30)),
         ("huge sphere", sphere(2, Vec3::splat(1e30), 1e30)),
@@ -177,6 +198,7 @@ pub fn meshes() -> Vec<(&'static str, Mesh)> {
         ("beams", beams),
         ("coplanar copies", copies),
         ("plane", plane),
+        ("sheets", sheets),
         ("broken faces", broken),
         (
             "one triangle",
@@ -186,10 +208,9 @@ pub fn meshes() -> Vec<(&'static str, Mesh)> {
     ]
 }
 
-/// A finite point on or near the mesh: a vertex, the middle of an edge, a point of an edge or a
+/// A finite point on or near a face: a vertex, the middle of an edge, a point of an edge or of the
 /// face, a point beside a vertex.
-fn target(mesh: &Mesh, random: &mut Random) -> Option<Vec3> {
-    let face = random.below(mesh.triangle_count()) as u32;
+fn target(mesh: &Mesh, face: u32, random: &mut Random) -> Option<Vec3> {
     let [a, b, c] = mesh.corners(face);
     let share = random.unit();
     let target = match random.below(5) {
@@ -204,7 +225,7 @@ fn target(mesh: &Mesh, random: &mut Random) -> Option<Vec3> {
 
 /// One ray: aimed at a vertex, an edge, a face or a plane of `planes` (user coordinates, by axis),
 /// from a random place, a lattice point or the surface itself; axis-parallel and lattice
-/// directions; ranges that end at what is aimed at.
+/// directions; ranges that end at what is aimed at, to the bit.
 pub fn nasty_ray(mesh: &Mesh, planes: &[(usize, f64)], random: &mut Random) -> Ray {
     let bounds = mesh.bounds();
     if bounds.is_empty() {
@@ -212,10 +233,12 @@ pub fn nasty_ray(mesh: &Mesh, planes: &[(usize, f64)], random: &mut Random) -> R
     }
     let size = bounds.extent().max_element().max(f64::MIN_POSITIVE);
     let anywhere = |random: &mut Random| bounds.center() + random.point() * size;
-    let mut aim = target(mesh, random).unwrap_or_else(|| bounds.center());
+    let any_face = |random: &mut Random| random.below(mesh.triangle_count()) as u32;
+    let aimed_face = any_face(random);
+    let mut aim = target(mesh, aimed_face, random).unwrap_or_else(|| bounds.center());
     let mut origin = match random.below(6) {
         0 => bounds.center(),
-        1 => target(mesh, random).unwrap_or_else(|| bounds.center()),
+        1 => target(mesh, any_face(random), random).unwrap_or_else(|| bounds.center()),
         2 => {
             // A lattice point, where the mesh is grid-aligned one of its planes.
             let p = anywhere(random);
@@ -250,11 +273,24 @@ pub fn nasty_ray(mesh: &Mesh, planes: &[(usize, f64)], random: &mut Random) -> R
         2 => random.point() * size,
         _ => aim - origin,
     };
+    // A component of zero may have either sign.
+    let negative_zeros = random.below(2) == 0;
+    let direction = direction.to_array().map(|x| if x == 0.0 && negative_zeros { -0.0 } else { x });
+    let direction = Vec3::from(direction);
+    let line = Ray::with_range(origin, direction, f64::NEG_INFINITY, f64::INFINITY);
+    let contact = PreparedRay::new(&line).and_then(|line| line.meet(mesh.corners(aimed_face)));
+    if let (Some(contact), 0) = (contact, random.below(2)) {
+        return match random.below(3) {
+            0 => Ray { t_max: contact.t, ..line },
+            1 => Ray { t_min: contact.t, ..line },
+            _ => Ray { t_min: contact.t, t_max: contact.t, ..line },
+        };
+    }
     match random.below(8) {
         0 => Ray::with_range(origin, direction, 0.0, 1.0),
         1 => Ray::with_range(origin, direction, 1.0, f64::INFINITY),
         2 => Ray::with_range(origin, direction, -1.0, random.unit()),
-        3 => Ray::with_range(origin, direction, f64::NEG_INFINITY, f64::INFINITY),
+        3 => line,
         4 => Ray::new(origin, direction * [1e-300, 1e-20, 1e20, 1e200][random.below(4)]),
         _ => Ray::new(origin, direction),
     }
