@@ -18,6 +18,7 @@ mod settings;
 mod sky;
 mod smooth_normals;
 mod statistics;
+mod tracer;
 mod validate;
 mod world;
 
