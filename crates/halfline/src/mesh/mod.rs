@@ -149,15 +149,18 @@ impl Mesh {
 
     /// The box around all finite vertices that a triangle uses.
     pub fn bounds(&self) -> Aabb {
-        let mut bounds = Aabb::EMPTY;
-        for triangle in &self.triangles {
+        let include = |mut bounds: Aabb, triangle: &[u32; 3]| {
             for &v in triangle {
                 let p = self.positions.get(v as usize);
                 if p.is_finite() {
                     bounds = bounds.including(p);
                 }
             }
-        }
-        bounds
+            bounds
+        };
+        self.triangles
+            .par_chunks(1 << 14)
+            .map(|chunk| chunk.iter().fold(Aabb::EMPTY, include))
+            .reduce(|| Aabb::EMPTY, |a, b| a.union(&b))
     }
 }
