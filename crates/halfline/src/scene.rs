@@ -94,7 +94,8 @@ impl Scene {
         self.caster().all(ray, hits);
     }
 
-    /// The closest hit of each ray, in parallel.
+    /// The closest hit of each ray, in parallel and in the rays' order; [`Hit::MISS`] for a ray that
+    /// hits nothing.
     pub fn intersect(&self, rays: &[Ray]) -> Vec<Hit> {
         unobserved(self.intersect_observed(rays, &Silent))
     }
@@ -120,7 +121,7 @@ impl Scene {
         traverse::occluded(&self.tree, &self.mesh, rays, observer)
     }
 
-    /// Every crossing of each ray, in parallel.
+    /// Every crossing of each ray, in parallel, sorted by t and then by face.
     pub fn intersect_all(&self, rays: &[Ray]) -> AllHits {
         unobserved(self.intersect_all_observed(rays, &Silent))
     }

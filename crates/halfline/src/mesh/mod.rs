@@ -60,7 +60,8 @@ impl Positions {
 
 /// A triangle mesh.
 ///
-/// Every vertex index in `triangles` is below the number of vertices: [`Mesh::new`] checks it.
+/// Every vertex index in `triangles` is below the number of vertices: [`Mesh::new`] checks it. What
+/// is optional is for its maker to fill, with an entry for each triangle or vertex.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Mesh {
     positions: Positions,
@@ -132,6 +133,9 @@ impl Mesh {
     }
 
     /// The corners of triangle `index`.
+    ///
+    /// # Panics
+    /// If there is no triangle `index`: [`NO_FACE`](crate::geometry::NO_FACE), of a miss, is none.
     #[inline]
     pub fn corners(&self, index: u32) -> [Vec3; 3] {
         let [a, b, c] = self.triangles[index as usize];
@@ -143,6 +147,9 @@ impl Mesh {
     }
 
     /// The index in the file of the face from which triangle `index` was cut.
+    ///
+    /// # Panics
+    /// If there is no triangle `index`, or `source_faces` is shorter than the triangles.
     pub fn source_face(&self, index: u32) -> u32 {
         self.source_faces.as_ref().map_or(index, |faces| faces[index as usize])
     }
