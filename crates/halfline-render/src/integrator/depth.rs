@@ -1,10 +1,10 @@
 //! The distance from the camera's plane: near is bright, far is dark.
 
 use halfline::geometry::{NO_FACE, Vec3};
+use halfline::mesh::linear_from_srgb;
 
 use super::{Integrator, Radiance, Sighting};
 use crate::camera::Camera;
-use crate::color::linear_from_srgb;
 use crate::image::Rendering;
 use crate::sampling::Sampler;
 use crate::tracer::Tracer;

@@ -1,7 +1,8 @@
 //! A heat map of what each pixel's ray costs: tree nodes visited and triangles tested.
 
+use halfline::mesh::linear_from_srgb;
+
 use super::{Integrator, Radiance, Sighting};
-use crate::color::linear_from_srgb;
 use crate::color_bar::{ColorBar, Top};
 use crate::colormap::inferno;
 use crate::image::Rendering;

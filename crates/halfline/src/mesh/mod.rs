@@ -4,9 +4,11 @@ mod ear_clipping;
 pub mod generate;
 mod material;
 mod reflex_grid;
+mod srgb;
 mod triangulate;
 
 pub use material::Material;
+pub use srgb::{linear_from_srgb, srgb_from_linear};
 pub use triangulate::{Triangulator, triangulate};
 
 use rayon::prelude::*;

@@ -4,10 +4,10 @@ use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
 use halfline::geometry::Vec3;
-use halfline::mesh::Material;
+use halfline::mesh::{Material, linear_from_srgb};
 use halfline_render::{
     Background, CameraSettings, Ground, GroundSurface, Light, MAX_DEPTH, MAX_SAMPLES, Projection,
-    RenderSettings, Shading, Up, linear_from_srgb,
+    RenderSettings, Shading, Up,
 };
 
 use crate::{output, values};
