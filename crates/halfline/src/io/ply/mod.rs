@@ -1,7 +1,7 @@
 //! PLY, the Stanford polygon file format: ASCII and binary of both byte orders.
 //!
-//! A [`header`] tells what the body holds, [`schema`] which of that makes up a mesh. Binary bodies
-//! are read in two passes: [`layout`] finds where the records lie, [`binary`] fills the arrays.
+//! A `header` tells what the body holds, `schema` which of that makes up a mesh. Binary bodies
+//! are read in two passes: `layout` finds where the records lie, `binary` fills the arrays.
 
 mod ascii;
 mod binary;
