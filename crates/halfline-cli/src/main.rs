@@ -6,6 +6,8 @@
 mod arguments;
 mod commands;
 mod engine;
+mod failure;
+mod global_options;
 mod interrupt;
 mod npy;
 mod npz;
@@ -22,7 +24,8 @@ use std::process::ExitCode;
 use clap::{CommandFactory, Parser};
 
 use arguments::{Arguments, Command};
-use session::{Failure, Session};
+use failure::Failure;
+use session::Session;
 
 fn main() -> ExitCode {
     let arguments = Arguments::parse();

@@ -8,7 +8,7 @@ use halfline::Error;
 use halfline::io::AtomicFile;
 use halfline::progress::Observer;
 
-use crate::session::Failure;
+use crate::failure::Failure;
 
 /// Understands a path that ends in one of `extensions` (lower case, without the dot).
 pub fn path_with_extension(

@@ -7,24 +7,10 @@ use halfline::progress::{Observer, Stage};
 use halfline::{Error, Mesh};
 use serde_json::{Map, Value};
 
-use crate::arguments::GlobalOptions;
+use crate::failure::Failure;
+use crate::global_options::GlobalOptions;
 use crate::progress::{self, Progress};
 use crate::{interrupt, output};
-
-/// Why a subcommand ends without its result.
-#[derive(Debug)]
-pub enum Failure {
-    /// The arguments make no sense together.
-    Usage(String),
-    /// The input or the work failed, or the user ended it.
-    Work(Error),
-}
-
-impl From<Error> for Failure {
-    fn from(error: Error) -> Failure {
-        Failure::Work(error)
-    }
-}
 
 /// Figures by name, in the order in which they are told.
 pub type Figures = Map<String, Value>;

@@ -1,6 +1,7 @@
 //! The scale beside a heat map: a strip of its colours with numbers.
 
-use crate::color::linear_from_srgb;
+use halfline::mesh::linear_from_srgb;
+
 use crate::colormap::inferno;
 use crate::font;
 

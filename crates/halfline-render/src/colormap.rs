@@ -32,7 +32,7 @@ mod tests {
     #[test]
     fn brightness_rises_all_the_way() {
         let brightness = |i: usize| {
-            let [r, g, b] = inferno(i as f32 / 256.0).map(crate::color::linear_from_srgb);
+            let [r, g, b] = inferno(i as f32 / 256.0).map(halfline::mesh::linear_from_srgb);
             0.2126 * r + 0.7152 * g + 0.0722 * b
         };
         assert!((1..=256).all(|i| brightness(i) > brightness(i - 1)));

@@ -18,11 +18,12 @@ mod settings;
 mod sky;
 mod smooth_normals;
 mod statistics;
+mod tracer;
 mod validate;
 mod world;
 
 pub use camera::Camera;
-pub use color::{linear_from_srgb, srgb_from_linear, srgb8_from_linear};
+pub use color::srgb8_from_linear;
 pub use image::Rendering;
 pub use render::render;
 pub use settings::{

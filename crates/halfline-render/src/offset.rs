@@ -3,8 +3,8 @@
 //! pbrt-v4, sections 6.8.4 to 6.8.6: the point on the surface is known up to a bounded rounding
 //! error, and the new ray starts just outside that bound, along the surface's normal. A
 //! minimal distance along the ray would not do: at grazing angles it would have to be
-//! arbitrarily large. Different from pbrt, the bound also covers what the intersection test of
-//! the next ray may get wrong about this same triangle.
+//! arbitrarily large. Different from pbrt, the bound need not cover what the test of the new ray
+//! may get wrong about this same triangle: on which side a ray starts it decides exactly.
 
 use halfline::geometry::Vec3;
 
@@ -33,26 +33,17 @@ impl SurfacePoint {
         let w = 1.0 - u - v;
         let point = a * w + b * u + c * v;
 
-        // Two additions after one product each, and the two subtractions that gave w: six
-        // roundings, and one for the sum below.
+        // The point lies on the plane for whatever u and v, so only what is rounded from here on
+        // counts. The two subtractions that gave w left an error of at most a roundoff of 1 each,
+        // and an error d moves the point by d |n . a| off the plane; n . a is the same for all
+        // points of the plane, hence no larger than the sum of terms below. One product and two
+        // additions follow: five roundoffs of that sum, and two for the sum itself.
         let terms = (a * w).abs() + (b * u).abs() + (c * v).abs();
         let point_error = terms.dot(normal.abs()) * gamma(7);
-
-        // A test computes the distance as edge_2 . (s x edge_1) / |normal| with s from the
-        // corner to the ray's origin, thus |s| <= the longer edge: eight roundings of terms no
-        // larger than |edge_1| |edge_2| |s|. For needles this bound grows beyond measure; but a
-        // start further off than a millionth of the edge would be seen.
-        let (length_1, length_2) = (edge_1.length(), edge_2.length());
-        let longest = length_1.max(length_2);
-        let test_error = length_1 * length_2 * longest * gamma(8) / scaled_normal.length();
-        // The difference s itself starts from rounded coordinates.
-        let origin_error = point.abs().dot(normal.abs()) * gamma(2);
-        let seen = longest * (0.5_f64).powi(20);
-        SurfacePoint {
-            point,
-            normal,
-            distance_error: point_error + origin_error + test_error.min(seen),
-        }
+        // Where all terms are zero, as in a coordinate plane, the start must lie off the plane
+        // nevertheless, by a length whose products with the edges do not underflow.
+        let longest = edge_1.length().max(edge_2.length());
+        SurfacePoint { point, normal, distance_error: point_error + longest * gamma(1) }
     }
 
     /// A point computed on a plane from a ray's parameter.
@@ -82,7 +73,48 @@ impl SurfacePoint {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use halfline::geometry::vec3;
+    use crate::sampling::Sampler;
+    use halfline::geometry::{Ray, vec3};
+    use halfline::mesh::Positions;
+    use halfline::{Mesh, Scene};
+
+    /// A ray from a triangle never hits that triangle, whatever its place, size and shape: also in
+    /// coordinate planes, far from the origin and for needles.
+    #[test]
+    fn rays_do_not_hit_the_triangle_they_start_on() {
+        let sampler = Sampler::new(1, 2, 3);
+        let mut dimension = 0;
+        let mut random = || {
+            dimension += 1;
+            let [x, y] = sampler.square(dimension, 0, 1);
+            let [z, share] = sampler.square(dimension, 1, 2);
+            (vec3(x, y, z) * 2.0 - Vec3::splat(1.0), share)
+        };
+        for round in 0..2000 {
+            let size = [1e-20, 1.0, 1e20][round % 3];
+            let thickness = [1.0, 1e-6, 1e-9][round / 3 % 3];
+            let place = [0.0, 1.0, 1e6][round / 9 % 3];
+            let offset = random().0 * (size * place);
+            let mut edges = [random().0, random().0];
+            edges[1] = edges[0] * random().1 + edges[1] * thickness;
+            if round % 5 == 0 {
+                edges = edges.map(|edge| vec3(edge.x, 0.0, edge.z));
+            }
+            let flat = round % 10 == 0;
+            let offset = if flat { vec3(offset.x, 0.0, offset.z) } else { offset };
+            let [b, c] = edges.map(|edge| offset + edge * size);
+            let corners = [offset, b, c];
+            let positions = Positions::F64(corners.map(|corner| corner.to_array()).to_vec());
+            let scene = Scene::new(Mesh::new(positions, vec![[0, 1, 2]]).unwrap()).unwrap();
+            for _ in 0..10 {
+                let ((direction, u), (_, share)) = (random(), random());
+                let at = SurfacePoint::on_triangle(corners, u, (1.0 - u) * share);
+                let direction = direction.normalized();
+                let ray = Ray::new(at.origin_towards(direction), direction);
+                assert!(!scene.any(&ray), "round {round}: {ray:?} on {corners:?}");
+            }
+        }
+    }
 
     /// The start must lie strictly on the ray's side of the exact plane. The plane's sign is
     /// computed without rounding: the corners' coordinates are chosen so that an integer holds it.

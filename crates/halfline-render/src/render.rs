@@ -26,6 +26,7 @@ use crate::settings::{RenderSettings, Shading};
 use crate::sky::backdrop;
 use crate::smooth_normals::SmoothNormals;
 use crate::statistics::{RayCounts, RenderStatistics};
+use crate::tracer::Tracer;
 use crate::world::World;
 
 /// Rows of pixels that one thread does at a time.
@@ -73,9 +74,10 @@ pub fn render(
         Shading::Face => Box::new(FaceColors { world: &world, seed: settings.seed }),
         Shading::Steps => Box::new(Steps { bar }),
     };
-    let job = Job { settings, camera: &camera, world: &world, integrator: integrator.as_ref() };
+    let job =
+        Job { settings, camera: &camera, world: &world, integrator: integrator.as_ref(), observer };
 
-    let mut picture = job.trace(observer)?;
+    let mut picture = job.trace()?;
     integrator.finish(&mut picture);
     add_backdrop(&mut picture, settings);
     Ok(picture)
@@ -126,6 +128,7 @@ struct Job<'a> {
     camera: &'a Camera,
     world: &'a World<'a>,
     integrator: &'a dyn Integrator,
+    observer: &'a dyn Observer,
 }
 
 /// The pixels of a few neighbouring rows, in each layer.
@@ -140,19 +143,19 @@ struct Band<'a> {
 
 impl Job<'_> {
     /// Everything but what `finish` adds: colours without the background.
-    fn trace(&self, observer: &dyn Observer) -> Result<Rendering> {
+    fn trace(&self) -> Result<Rendering> {
         let mut picture = blank(self.settings, self.integrator.counts_steps())?;
         let total = picture.pixel_count() as u64;
         let done = AtomicU64::new(0);
-        observer.report(Stage::Trace, 0, total);
+        self.observer.report(Stage::Trace, 0, total);
         let start = Instant::now();
         let rays = bands(&mut picture)
             .into_par_iter()
             .map(|mut band| {
-                let counts = self.trace_band(&mut band, observer)?;
+                let counts = self.trace_band(&mut band)?;
                 let pixels = band.color.len() as u64;
                 let now_done = done.fetch_add(pixels, Ordering::Relaxed) + pixels;
-                observer.report(Stage::Trace, now_done, total);
+                self.observer.report(Stage::Trace, now_done, total);
                 Ok(counts)
             })
             .try_reduce(RayCounts::default, |mut a, b| {
@@ -164,31 +167,18 @@ impl Job<'_> {
         Ok(picture)
     }
 
-    fn trace_band(&self, band: &mut Band, observer: &dyn Observer) -> Result<RayCounts> {
-        let width = self.settings.width as usize;
-        let mut counts = RayCounts::default();
+    fn trace_band(&self, band: &mut Band) -> Result<RayCounts> {
+        let mut tracer = Tracer::new(self.world);
         for i in 0..band.color.len() {
-            self.trace_pixel(
-                band,
-                i,
-                i % width,
-                band.first_row + i / width,
-                observer,
-                &mut counts,
-            )?;
+            self.trace_pixel(band, i, &mut tracer)?;
         }
-        Ok(counts)
+        Ok(tracer.counts)
     }
 
-    fn trace_pixel(
-        &self,
-        band: &mut Band,
-        i: usize,
-        column: usize,
-        row: usize,
-        observer: &dyn Observer,
-        counts: &mut RayCounts,
-    ) -> Result<()> {
+    /// Pixel `i` of `band`.
+    fn trace_pixel(&self, band: &mut Band, i: usize, tracer: &mut Tracer) -> Result<()> {
+        let width = self.settings.width as usize;
+        let (column, row) = (i % width, band.first_row + i / width);
         let mut sampler = Sampler::new(self.settings.seed, column as u32, row as u32);
         let samples = self.settings.samples;
         let middle_ray = self.camera.ray(column as f64 + 0.5, row as f64 + 0.5);
@@ -196,7 +186,7 @@ impl Job<'_> {
         let mut sum = Radiance::NONE;
         let mut steps = [0.0; 2];
         for sample in 0..samples {
-            observer.check()?;
+            self.observer.check()?;
             sampler.sample = sample;
             let ray = match samples {
                 1 => middle_ray,
@@ -205,25 +195,25 @@ impl Job<'_> {
                     self.camera.ray(column as f64 + x, row as f64 + y)
                 }
             };
-            counts.primary += 1;
+            tracer.counts.primary += 1;
             let surface = if self.integrator.counts_steps() {
                 let mut counters = RayCounters::default();
-                let surface = self.world.closest_counted(&ray, &mut counters);
+                let surface = tracer.closest_counted(&ray, &mut counters);
                 steps[0] += f64::from(counters.nodes);
                 steps[1] += f64::from(counters.triangles);
                 surface
             } else {
-                self.world.closest(&ray)
+                tracer.closest(&ray)
             };
             let sighting = Sighting { ray: &ray, surface: surface.as_ref() };
-            let radiance = self.integrator.radiance(&sighting, &sampler, counts);
+            let radiance = self.integrator.radiance(&sighting, &sampler, tracer);
             sum.color += radiance.color;
             sum.alpha += radiance.alpha;
             middle = surface;
         }
         if samples > 1 {
-            counts.primary += 1;
-            middle = self.world.closest(&middle_ray);
+            tracer.counts.primary += 1;
+            middle = tracer.closest(&middle_ray);
         }
 
         let count = f64::from(samples);

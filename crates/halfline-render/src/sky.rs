@@ -1,8 +1,9 @@
 //! What is seen where there is no surface.
 
 use halfline::geometry::{Vec3, vec3};
+use halfline::mesh::linear_from_srgb;
 
-use crate::color::{Color, decode_srgb, grey, linear_from_srgb, mix};
+use crate::color::{Color, decode_srgb, grey, mix};
 use crate::settings::Background;
 
 /// The background behind a point of the picture, `x` and `y` from -1 to 1, y up: linear colour

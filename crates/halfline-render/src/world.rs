@@ -1,9 +1,8 @@
 //! Everything that a ray can meet, and what it finds there.
 
 use halfline::Scene;
-use halfline::geometry::{NO_FACE, Ray, Vec3};
+use halfline::geometry::{Hit, NO_FACE, Ray, Vec3};
 use halfline::mesh::Material;
-use halfline::scene::RayCounters;
 
 use crate::color::Color;
 use crate::ground::GroundPlane;
@@ -58,22 +57,6 @@ impl Surface {
 }
 
 impl World<'_> {
-    /// The first surface on `ray`.
-    pub(crate) fn closest(&self, ray: &Ray) -> Option<Surface> {
-        self.surface(ray, self.scene.closest(ray))
-    }
-
-    /// [`World::closest`], adding what it cost to `counters`.
-    pub(crate) fn closest_counted(&self, ray: &Ray, counters: &mut RayCounters) -> Option<Surface> {
-        self.surface(ray, self.scene.closest_counted(ray, counters))
-    }
-
-    /// True if anything lies on `ray`: the model, or the ground.
-    pub(crate) fn is_hidden(&self, ray: &Ray) -> bool {
-        self.ground.as_ref().is_some_and(|ground| ground.intersect(ray).is_some())
-            || self.scene.any(ray)
-    }
-
     /// How much of a surface is left: the ground fades with distance.
     pub(crate) fn opacity(&self, surface: &Surface) -> f64 {
         match &self.ground {
@@ -82,7 +65,8 @@ impl World<'_> {
         }
     }
 
-    fn surface(&self, ray: &Ray, hit: halfline::Hit) -> Option<Surface> {
+    /// The first surface on `ray`, which hits the model at `hit`.
+    pub(crate) fn surface(&self, ray: &Ray, hit: Hit) -> Option<Surface> {
         if let Some(ground) = &self.ground
             && let Some(t) = ground.intersect(ray)
             && t < hit.t

@@ -67,8 +67,9 @@ fn main() -> halfline::error::Result<()> {
         let any_seconds = start.elapsed().as_secs_f64();
         assert_eq!(hits, occluded);
         let mut counters = RayCounters::default();
+        let mut caster = scene.caster();
         for ray in &rays[..rays.len().min(100_000)] {
-            scene.closest_counted(ray, &mut counters);
+            caster.closest_counted(ray, &mut counters);
         }
         let per_ray = |count: u32| f64::from(count) / rays.len().min(100_000) as f64;
         println!(

@@ -1,4 +1,47 @@
 //! halfline casts half-lines (rays) at triangle meshes of any size through a kd-tree.
+//!
+//! A [`Mesh`] holds the user's vertices and triangles, made in code, [read from a file](io::load)
+//! or [generated](mesh::generate). A [`Scene`] is a mesh with the tree over it, built once. It
+//! answers batches of rays on all threads, and the answer does not depend on how many there are.
+//!
+//! ```
+//! use halfline::geometry::vec3;
+//! use halfline::mesh::Positions;
+//! use halfline::{Mesh, Ray, Scene};
+//!
+//! // Build a unit square from two triangles, and the tree over it.
+//! let corners = vec![[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0], [0.0, 1.0, 0.0]];
+//! let mesh = Mesh::new(Positions::F32(corners), vec![[0, 1, 2], [0, 2, 3]])?;
+//! let scene = Scene::new(mesh)?;
+//!
+//! // Ask where rays hit first: t counts in units of the direction, which may have any length.
+//! let down = vec3(0.0, 0.0, -2.0);
+//! let rays = [Ray::new(vec3(0.75, 0.25, 4.0), down), Ray::new(vec3(3.0, 0.25, 4.0), down)];
+//! let hits = scene.intersect(&rays);
+//! assert_eq!((hits[0].t, hits[0].face), (2.0, 0));
+//! assert_eq!((hits[0].u, hits[0].v), (0.5, 0.25));
+//!
+//! // A miss is infinitely far away.
+//! assert!(!hits[1].is_hit());
+//! assert_eq!(hits[1].t, f64::INFINITY);
+//!
+//! // Ask only whether rays hit anything.
+//! assert_eq!(scene.occluded(&rays), [true, false]);
+//!
+//! // Ask for every crossing: a ray through the edge that both triangles share crosses one of them.
+//! let all = scene.intersect_all(&[Ray::new(vec3(0.5, 0.5, 4.0), down)]);
+//! assert_eq!(all.hits.len(), 1);
+//! # Ok::<(), halfline::Error>(())
+//! ```
+//!
+//! What counts as a hit is decided by exact signs, on the coordinates as they were given: see
+//! [`numeric`]. So no ray slips between triangles that share an edge or a vertex, t is the double
+//! nearest to the exact one, and far from the origin all of this holds as well. Two other ways to
+//! the same answers are there to judge the engine by, and to be read: [`brute_force`] and the
+//! lecture's kd-tree, [`textbook`].
+//!
+//! Long work reports to a [`progress::Observer`], which may end it. All errors are [`Error`]s,
+//! whose one line names the file or argument, the place and the reason.
 
 pub mod brute_force;
 pub mod build;
@@ -10,7 +53,7 @@ pub mod numeric;
 pub mod progress;
 pub mod scene;
 pub mod textbook;
-pub mod traverse;
+mod traverse;
 pub mod tree;
 
 pub use error::Error;

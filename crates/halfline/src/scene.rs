@@ -7,8 +7,8 @@ use crate::error::Result;
 use crate::geometry::{Hit, Ray};
 use crate::mesh::Mesh;
 use crate::progress::{Observer, Silent};
-use crate::traverse::{self, Stack};
-pub use crate::traverse::{AllHits, RayCounters};
+use crate::traverse;
+pub use crate::traverse::{AllHits, Caster, RayCounters};
 use crate::tree::{KdTree, TreeStatistics};
 
 /// A mesh and the kd-tree over it.
@@ -73,27 +73,29 @@ impl Scene {
         self.build_time
     }
 
-    /// The hit with the smallest t of one ray; of equal ones that with the lowest face index.
-    pub fn closest(&self, ray: &Ray) -> Hit {
-        self.closest_counted(ray, &mut RayCounters::default())
+    /// For rays that come one after another, each depending on the last: one for each thread. A
+    /// [batch](Scene::intersect) is the better way for rays that are known together.
+    pub fn caster(&self) -> Caster<'_> {
+        Caster::new(&self.tree, &self.mesh)
     }
 
-    /// [`Scene::closest`], adding what it cost to `counters`.
-    pub fn closest_counted(&self, ray: &Ray, counters: &mut RayCounters) -> Hit {
-        traverse::closest(&self.tree, &self.mesh, ray, &mut Stack::default(), counters)
+    /// The hit with the smallest t of one ray; of equal ones that with the lowest face index.
+    pub fn closest(&self, ray: &Ray) -> Hit {
+        self.caster().closest(ray)
     }
 
     /// True if one ray hits anything.
     pub fn any(&self, ray: &Ray) -> bool {
-        traverse::any(&self.tree, &self.mesh, ray, &mut Stack::default())
+        self.caster().any(ray)
     }
 
     /// Appends every crossing of one ray to `hits`, sorted by t and then by face.
     pub fn all(&self, ray: &Ray, hits: &mut Vec<Hit>) {
-        traverse::all(&self.tree, &self.mesh, ray, &mut Stack::default(), hits);
+        self.caster().all(ray, hits);
     }
 
-    /// The closest hit of each ray, in parallel.
+    /// The closest hit of each ray, in parallel and in the rays' order; [`Hit::MISS`] for a ray that
+    /// hits nothing.
     pub fn intersect(&self, rays: &[Ray]) -> Vec<Hit> {
         unobserved(self.intersect_observed(rays, &Silent))
     }
@@ -119,7 +121,7 @@ impl Scene {
         traverse::occluded(&self.tree, &self.mesh, rays, observer)
     }
 
-    /// Every crossing of each ray, in parallel.
+    /// Every crossing of each ray, in parallel, sorted by t and then by face.
     pub fn intersect_all(&self, rays: &[Ray]) -> AllHits {
         unobserved(self.intersect_all_observed(rays, &Silent))
     }

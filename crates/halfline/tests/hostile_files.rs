@@ -3,6 +3,8 @@
 //!
 //! One test, for the memory in use is counted over the whole program.
 
+mod common;
+
 use std::path::Path;
 
 use base64::Engine;
@@ -11,6 +13,8 @@ use halfline::io::{gltf, obj, off};
 use halfline::mesh::Mesh;
 use halfline::progress::{Observer, Silent};
 use peak_alloc::PeakAlloc;
+
+use common::Random;
 
 #[global_allocator]
 static MEMORY: PeakAlloc = PeakAlloc;
@@ -40,16 +44,6 @@ fn assert_modest(name: &str, read: Read, content: &[u8]) -> Result<Mesh> {
         assert!(message.len() < 400 && !message.contains('\n'), "{name}: {message}");
     }
     result
-}
-
-/// A linear congruential generator (Knuth, MMIX).
-struct Random(u64);
-
-impl Random {
-    fn below(&mut self, limit: usize) -> usize {
-        self.0 = self.0.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
-        (self.0 >> 33) as usize % limit
-    }
 }
 
 /// Changes, inserts, removes and copies bytes, numbers above all.

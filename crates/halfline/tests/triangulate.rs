@@ -1,5 +1,7 @@
 //! Polygons are cut into triangles that cover them once, keep every corner, and turn their way.
 
+mod common;
+
 use std::collections::HashMap;
 use std::f64::consts::TAU;
 use std::time::{Duration, Instant};
@@ -8,6 +10,8 @@ use halfline::geometry::{Vec3, vec3};
 use halfline::mesh::{Triangulator, triangulate};
 use proptest::prelude::*;
 use robust::{Coord, orient2d};
+
+use common::Random;
 
 fn cut(corners: &[Vec3]) -> Vec<[usize; 3]> {
     let mut triangles = Vec::new();
@@ -30,6 +34,10 @@ fn polygon_area(corners: &[Vec3]) -> f64 {
         sum += area(corners[0], corners[i], corners[i + 1]);
     }
     sum
+}
+
+fn total_area(corners: &[Vec3], triangles: &[[usize; 3]]) -> f64 {
+    triangles.iter().map(|&[a, b, c]| area(corners[a], corners[b], corners[c])).sum()
 }
 
 /// Every edge of the polygon bounds one triangle, every other edge two, in opposite directions.
@@ -199,13 +207,7 @@ fn a_hole_joined_by_a_cut_stays_a_hole() {
         (2., 1.),
     ]);
     let triangles = cut(&corners);
-    let sum: f64 = triangles
-        .iter()
-        .map(|t| {
-            let [a, b, c] = t.map(|i| corners[i]);
-            area(a, b, c)
-        })
-        .sum();
+    let sum = total_area(&corners, &triangles);
     assert!((sum - polygon_area(&corners)).abs() < 1e-12);
 }
 
@@ -303,13 +305,7 @@ fn repeated_corners_make_fewer_triangles() {
         let corners = flat(&points);
         let triangles = cut(&corners);
         assert_eq!(triangles.len(), 2, "corner {repeated} thrice: {triangles:?}");
-        let sum: f64 = triangles
-            .iter()
-            .map(|t| {
-                let [a, b, c] = t.map(|i| corners[i]);
-                area(a, b, c)
-            })
-            .sum();
+        let sum = total_area(&corners, &triangles);
         assert_eq!(sum, 1.0);
     }
     assert_eq!(cut(&flat(&[(0., 0.), (1., 0.), (1., 1.), (1., 1.)])).len(), 1);
@@ -339,12 +335,8 @@ fn hopeless_polygons_become_fans() {
 #[test]
 fn large_polygons_end_in_time() {
     let random = |count: usize| -> Vec<Vec3> {
-        let mut state = 1_u64;
-        let mut next = || {
-            state = state.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
-            (state >> 11) as f64 / (1_u64 << 53) as f64
-        };
-        (0..count).map(|_| vec3(next(), next(), 0.0)).collect()
+        let mut random = Random(1);
+        (0..count).map(|_| vec3(random.unit(), random.unit(), 0.0)).collect()
     };
     for (name, corners, simple) in [
         ("round", star(50_000, 1.0), true),

@@ -9,7 +9,8 @@ use halfline::mesh::generate::{self, Kind, View};
 use halfline::progress::Stage;
 use serde_json::{Value, json};
 
-use crate::session::{Failure, Figures, Session};
+use crate::failure::Failure;
+use crate::session::{Figures, Session};
 use crate::table::Table;
 use crate::{output, session, units, values};
 

@@ -10,7 +10,8 @@ use halfline::progress::Stage;
 use halfline::tree::TreeStatistics;
 use serde_json::{Value, json};
 
-use crate::session::{Failure, Figures, Session};
+use crate::failure::Failure;
+use crate::session::{Figures, Session};
 use crate::table::Table;
 use crate::{session, units};
 

@@ -13,10 +13,11 @@ use halfline::textbook::{KdTree, SurfaceArea, Termination};
 use serde_json::json;
 
 use crate::engine::{BruteForce, Engine};
+use crate::failure::Failure;
 use crate::npy::RayFile;
 use crate::npz::Archive;
 use crate::output::Interruptible;
-use crate::session::{Failure, Figures, Session};
+use crate::session::{Figures, Session};
 use crate::table::Table;
 use crate::{output, session, units};
 

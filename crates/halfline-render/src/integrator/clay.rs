@@ -16,7 +16,7 @@ use crate::color::{Color, mix};
 use crate::ground::Paint;
 use crate::image::Rendering;
 use crate::sampling::{Sampler, cosine_hemisphere, uniform_cone};
-use crate::statistics::RayCounts;
+use crate::tracer::Tracer;
 use crate::world::{Surface, World};
 
 /// What models without colours of their own are made of.
@@ -81,7 +81,7 @@ impl<'a> Clay<'a> {
         normal: Vec3,
         albedo: Color,
         sampler: &Sampler,
-        counts: &mut RayCounts,
+        tracer: &mut Tracer,
     ) -> [Color; 2] {
         let returned = albedo * RETURNED;
         let mut sky = [Vec3::ZERO; 2];
@@ -89,8 +89,8 @@ impl<'a> Clay<'a> {
             let sample = sampler.square(dimension::OCCLUSION, part, self.rays);
             let direction = cosine_hemisphere(normal, sample);
             let open = self.sky(direction);
-            counts.occlusion += 1;
-            sky[0] += if self.is_hidden(surface, normal, direction, self.reach) {
+            tracer.counts.occlusion += 1;
+            sky[0] += if is_hidden(surface, normal, direction, self.reach, tracer) {
                 open * returned
             } else {
                 open
@@ -103,36 +103,25 @@ impl<'a> Clay<'a> {
         let towards_key = uniform_cone(self.key, self.cos_key_radius, sample);
         let cosine = towards_key.dot(normal);
         if cosine > 0.0 {
-            counts.shadow += 1;
+            tracer.counts.shadow += 1;
             light[1] += KEY * cosine;
-            if !self.is_hidden(surface, normal, towards_key, f64::INFINITY) {
+            if !is_hidden(surface, normal, towards_key, f64::INFINITY, tracer) {
                 light[0] += KEY * cosine;
             }
         }
         light
     }
-
-    /// True if something lies on the way from `surface`, seen from the side of `normal`.
-    fn is_hidden(&self, surface: &Surface, normal: Vec3, direction: Vec3, reach: f64) -> bool {
-        // Into the flat face, which only a smoothed normal lets happen.
-        let flat = surface.at.normal;
-        if direction.dot(flat) * normal.dot(flat) <= 0.0 {
-            return true;
-        }
-        let ray = Ray::with_range(surface.at.origin_towards(direction), direction, 0.0, reach);
-        self.world.is_hidden(&ray)
-    }
 }
 
 impl Integrator for Clay<'_> {
-    fn radiance(&self, sighting: &Sighting, sampler: &Sampler, counts: &mut RayCounts) -> Radiance {
+    fn radiance(&self, sighting: &Sighting, sampler: &Sampler, tracer: &mut Tracer) -> Radiance {
         let Some(surface) = sighting.surface else { return Radiance::NONE };
         let normal = surface.normal_against(sighting.ray.direction);
         match &self.world.ground {
             Some(ground) if surface.is_ground() => {
                 let albedo = ground.color(surface.at.point);
                 let opacity = ground.opacity(surface.at.point);
-                let [light, full] = self.light(surface, normal, albedo, sampler, counts);
+                let [light, full] = self.light(surface, normal, albedo, sampler, tracer);
                 match ground.paint {
                     Paint::Shadow => {
                         // Green, the middle of the spectrum, in which shadows have the least tint.
@@ -145,11 +134,12 @@ impl Integrator for Clay<'_> {
             _ => {
                 let [r, g, b, _] = self.world.material(surface).base_color;
                 let albedo = Vec3::from([r, g, b]);
-                let [light, _] = self.light(surface, normal, albedo, sampler, counts);
+                let [light, _] = self.light(surface, normal, albedo, sampler, tracer);
                 Radiance::opaque(albedo * light)
             }
         }
     }
+
     fn finish(&self, picture: &mut Rendering) {
         for [r, g, b, _] in &mut picture.color {
             for channel in [r, g, b] {
@@ -157,6 +147,22 @@ impl Integrator for Clay<'_> {
             }
         }
     }
+}
+
+/// True if something lies on the way from `surface`, seen from the side of `normal`.
+fn is_hidden(
+    surface: &Surface,
+    normal: Vec3,
+    direction: Vec3,
+    reach: f64,
+    tracer: &mut Tracer,
+) -> bool {
+    // Into the flat face, which only a smoothed normal lets happen.
+    let flat = surface.at.normal;
+    if direction.dot(flat) * normal.dot(flat) <= 0.0 {
+        return true;
+    }
+    tracer.is_hidden(&Ray::with_range(surface.at.origin_towards(direction), direction, 0.0, reach))
 }
 
 /// The identity up to [`SHOULDER`], then an exponential with the same slope there, up to 1.

@@ -1,13 +1,13 @@
 //! The distance from the camera's plane: near is bright, far is dark.
 
 use halfline::geometry::{NO_FACE, Vec3};
+use halfline::mesh::linear_from_srgb;
 
 use super::{Integrator, Radiance, Sighting};
 use crate::camera::Camera;
-use crate::color::linear_from_srgb;
 use crate::image::Rendering;
 use crate::sampling::Sampler;
-use crate::statistics::RayCounts;
+use crate::tracer::Tracer;
 use crate::world::World;
 
 /// Encoded greys of the nearest and the farthest point of the picture.
@@ -20,7 +20,7 @@ pub(crate) struct Depth<'a> {
 }
 
 impl Integrator for Depth<'_> {
-    fn radiance(&self, sighting: &Sighting, _: &Sampler, _: &mut RayCounts) -> Radiance {
+    fn radiance(&self, sighting: &Sighting, _: &Sampler, _: &mut Tracer) -> Radiance {
         // Distances pass as colours until their range is known.
         let Some(surface) = sighting.surface else { return Radiance::NONE };
         let depth = Vec3::splat(self.camera.depth(surface.at.point));

@@ -3,7 +3,7 @@
 use super::{Integrator, Radiance, Sighting};
 use crate::color::{decode_srgb, grey};
 use crate::sampling::{Sampler, hash};
-use crate::statistics::RayCounts;
+use crate::tracer::Tracer;
 use crate::world::World;
 
 pub(crate) struct FaceColors<'a> {
@@ -12,7 +12,7 @@ pub(crate) struct FaceColors<'a> {
 }
 
 impl Integrator for FaceColors<'_> {
-    fn radiance(&self, sighting: &Sighting, _: &Sampler, _: &mut RayCounts) -> Radiance {
+    fn radiance(&self, sighting: &Sighting, _: &Sampler, _: &mut Tracer) -> Radiance {
         let Some(surface) = sighting.surface else { return Radiance::NONE };
         let color = if surface.is_ground() {
             grey(0.5)

@@ -19,7 +19,7 @@ use halfline::geometry::{Ray, Vec3};
 use crate::color::Color;
 use crate::image::Rendering;
 use crate::sampling::Sampler;
-use crate::statistics::RayCounts;
+use crate::tracer::Tracer;
 use crate::world::Surface;
 
 /// The light of one ray, and how much of what lies behind it hides.
@@ -58,7 +58,7 @@ pub(crate) struct Sighting<'a> {
 /// Turns rays from the eye into light.
 pub(crate) trait Integrator: Sync {
     /// The light that comes along the ray of `sighting`.
-    fn radiance(&self, sighting: &Sighting, sampler: &Sampler, counts: &mut RayCounts) -> Radiance;
+    fn radiance(&self, sighting: &Sighting, sampler: &Sampler, tracer: &mut Tracer) -> Radiance;
 
     /// True if the steps of the rays from the eye must be counted.
     fn counts_steps(&self) -> bool {

@@ -5,7 +5,7 @@ use halfline::geometry::Vec3;
 use super::{Integrator, Radiance, Sighting};
 use crate::color::decode_srgb;
 use crate::sampling::Sampler;
-use crate::statistics::RayCounts;
+use crate::tracer::Tracer;
 use crate::world::World;
 
 pub(crate) struct Normals<'a> {
@@ -13,7 +13,7 @@ pub(crate) struct Normals<'a> {
 }
 
 impl Integrator for Normals<'_> {
-    fn radiance(&self, sighting: &Sighting, _: &Sampler, _: &mut RayCounts) -> Radiance {
+    fn radiance(&self, sighting: &Sighting, _: &Sampler, _: &mut Tracer) -> Radiance {
         let Some(surface) = sighting.surface else { return Radiance::NONE };
         // -1 to 1 becomes the display's 0 to 255, as in normal maps.
         let encoded = surface.normal * 0.5 + Vec3::splat(0.5);

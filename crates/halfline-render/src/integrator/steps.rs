@@ -1,12 +1,13 @@
 //! A heat map of what each pixel's ray costs: tree nodes visited and triangles tested.
 
+use halfline::mesh::linear_from_srgb;
+
 use super::{Integrator, Radiance, Sighting};
-use crate::color::linear_from_srgb;
 use crate::color_bar::{ColorBar, Top};
 use crate::colormap::inferno;
 use crate::image::Rendering;
 use crate::sampling::Sampler;
-use crate::statistics::RayCounts;
+use crate::tracer::Tracer;
 
 /// The share of pixels whose counts the scale must hold; the rest, mostly single pixels at
 /// outlines, show the last colour instead of pressing all others into the first.
@@ -17,7 +18,7 @@ pub(crate) struct Steps {
 }
 
 impl Integrator for Steps {
-    fn radiance(&self, _: &Sighting, _: &Sampler, _: &mut RayCounts) -> Radiance {
+    fn radiance(&self, _: &Sighting, _: &Sampler, _: &mut Tracer) -> Radiance {
         Radiance::NONE
     }
 

@@ -20,7 +20,7 @@ use crate::optics::{cross_boundary, metal_reflectance, reflect};
 use crate::sampling::Sampler;
 use crate::settings::{Background, Light};
 use crate::sky::{ambient, surroundings};
-use crate::statistics::RayCounts;
+use crate::tracer::Tracer;
 use crate::world::{Surface, World};
 
 /// A branch that can add less than half a step of an eight-bit display is not followed. Since
@@ -41,9 +41,9 @@ pub(crate) struct Whitted<'a> {
 }
 
 /// The state of one sample's tree of rays.
-struct Tree<'a> {
+struct Tree<'a, 'world> {
     sampler: &'a Sampler,
-    counts: &'a mut RayCounts,
+    tracer: &'a mut Tracer<'world>,
     next_dimension: u32,
 }
 
@@ -56,9 +56,9 @@ struct Branch {
 }
 
 impl Integrator for Whitted<'_> {
-    fn radiance(&self, sighting: &Sighting, sampler: &Sampler, counts: &mut RayCounts) -> Radiance {
+    fn radiance(&self, sighting: &Sighting, sampler: &Sampler, tracer: &mut Tracer) -> Radiance {
         let Some(surface) = sighting.surface else { return Radiance::NONE };
-        let mut tree = Tree { sampler, counts, next_dimension: dimension::PATHS };
+        let mut tree = Tree { sampler, tracer, next_dimension: dimension::PATHS };
         self.shade(sighting.ray, surface, Branch { depth: 0, weight: 1.0 }, &mut tree)
     }
 }
@@ -66,7 +66,7 @@ impl Integrator for Whitted<'_> {
 impl Whitted<'_> {
     /// The light that comes along a mirrored or refracted ray.
     fn trace(&self, ray: &Ray, branch: Branch, tree: &mut Tree) -> Color {
-        let surface = self.world.closest(ray);
+        let surface = tree.tracer.closest(ray);
         if let Some((t, radiance)) = first_visible(&self.lights, ray)
             && surface.as_ref().is_none_or(|surface| t < surface.t)
         {
@@ -126,13 +126,13 @@ impl Whitted<'_> {
         // Follow the mirrored ray and the refracted ray.
         if let Some(next) = self.grow(branch, mirrored) {
             let direction = outside(reflect(ray.direction, normal), surface, normal);
-            tree.counts.reflection += 1;
+            tree.tracer.counts.reflection += 1;
             light += mirrored * self.follow(surface, direction, next, tree);
         }
         if crossing.reflectance < 1.0
             && let Some(next) = self.grow(branch, passed)
         {
-            tree.counts.refraction += 1;
+            tree.tracer.counts.refraction += 1;
             light += passed * self.follow(surface, crossing.refracted, next, tree);
         }
         light
@@ -162,7 +162,7 @@ impl Whitted<'_> {
         let mut radiance = matte.faded(1.0 - share);
         if let Some(next) = self.grow(branch, grey(share)) {
             let direction = reflect(ray.direction, normal);
-            tree.counts.reflection += 1;
+            tree.tracer.counts.reflection += 1;
             radiance.color += self.follow(surface, direction, next, tree) * share;
             radiance.alpha += share;
         }
@@ -215,9 +215,14 @@ impl Whitted<'_> {
                 sum[1] += light;
                 let flat = surface.at.normal;
                 if incoming.towards.dot(flat) * normal.dot(flat) > 0.0 {
-                    tree.counts.shadow += 1;
-                    sum[0] +=
-                        light * self.transmittance(surface, incoming.towards, incoming.distance);
+                    tree.tracer.counts.shadow += 1;
+                    sum[0] += light
+                        * self.transmittance(
+                            surface,
+                            incoming.towards,
+                            incoming.distance,
+                            tree.tracer,
+                        );
                 }
             }
         }
@@ -225,14 +230,20 @@ impl Whitted<'_> {
     }
 
     /// How much light of each colour passes from a lamp to a surface.
-    fn transmittance(&self, surface: &Surface, towards: Vec3, distance: f64) -> Color {
+    fn transmittance(
+        &self,
+        surface: &Surface,
+        towards: Vec3,
+        distance: f64,
+        tracer: &mut Tracer,
+    ) -> Color {
         let mut ray = Ray::with_range(surface.at.origin_towards(towards), towards, 0.0, distance);
         if !self.world.has_clear_material {
-            return grey(if self.world.is_hidden(&ray) { 0.0 } else { 1.0 });
+            return grey(if tracer.is_hidden(&ray) { 0.0 } else { 1.0 });
         }
         let mut passed = grey(1.0);
         for _ in 0..=self.max_depth {
-            let Some(surface) = self.world.closest(&ray) else { return passed };
+            let Some(surface) = tracer.closest(&ray) else { return passed };
             if surface.is_ground() {
                 return Vec3::ZERO;
             }

@@ -25,4 +25,4 @@ mod spatial_split;
 mod subdivide;
 
 pub use parameters::BuildParameters;
-pub use subdivide::build;
+pub(crate) use subdivide::build;

@@ -21,6 +21,9 @@ impl Default for BuildParameters {
 
 impl BuildParameters {
     /// Refuses values that make no sense.
+    ///
+    /// # Errors
+    /// [`Error::Invalid`] naming the parameter that is out of its range.
     pub fn check(&self) -> Result<()> {
         if self.last_cell_triangles == 0 {
             return Err(Error::invalid("last_cell_triangles", "must be at least 1"));

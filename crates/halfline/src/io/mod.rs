@@ -1,6 +1,6 @@
 //! Bytes to meshes and back: one file per format.
 
-pub mod atomic;
+mod atomic;
 mod colors;
 pub mod gltf;
 mod gzip;
@@ -9,10 +9,10 @@ mod map;
 mod mtl;
 pub mod obj;
 pub mod off;
-mod ply;
+pub mod ply;
 mod progress;
 mod sibling;
-mod stl;
+pub mod stl;
 mod text;
 mod weld;
 
@@ -23,8 +23,9 @@ use std::ffi::OsStr;
 use std::path::Path;
 
 pub use atomic::{AtomicFile, abandon_all};
-pub use map::{Bytes, advise_huge_pages};
 pub use ply::save as save_ply;
+
+pub(crate) use map::{Bytes, advise_huge_pages};
 
 use self::progress::Portion;
 use crate::error::{Error, Result};

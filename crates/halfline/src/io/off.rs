@@ -16,7 +16,7 @@ use crate::mesh::{Mesh, Positions, Triangulator};
 use crate::progress::{Observer, Stage};
 
 /// True if a file that begins with `start` announces itself by the keyword of the format.
-pub fn is_off(start: &[u8]) -> bool {
+pub(super) fn is_off(start: &[u8]) -> bool {
     let mut lines = Lines::new(start);
     let first = next_line(&mut lines).unwrap_or_default();
     let keyword = first.split(u8::is_ascii_whitespace).next().unwrap_or_default();

@@ -4,9 +4,11 @@ mod ear_clipping;
 pub mod generate;
 mod material;
 mod reflex_grid;
+mod srgb;
 mod triangulate;
 
 pub use material::Material;
+pub use srgb::{linear_from_srgb, srgb_from_linear};
 pub use triangulate::{Triangulator, triangulate};
 
 use rayon::prelude::*;
@@ -60,7 +62,8 @@ impl Positions {
 
 /// A triangle mesh.
 ///
-/// Every vertex index in `triangles` is below the number of vertices: [`Mesh::new`] checks it.
+/// Every vertex index in `triangles` is below the number of vertices: [`Mesh::new`] checks it. What
+/// is optional is for its maker to fill, with an entry for each triangle or vertex.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Mesh {
     positions: Positions,
@@ -132,6 +135,9 @@ impl Mesh {
     }
 
     /// The corners of triangle `index`.
+    ///
+    /// # Panics
+    /// If there is no triangle `index`: [`NO_FACE`](crate::geometry::NO_FACE), of a miss, is none.
     #[inline]
     pub fn corners(&self, index: u32) -> [Vec3; 3] {
         let [a, b, c] = self.triangles[index as usize];
@@ -143,21 +149,27 @@ impl Mesh {
     }
 
     /// The index in the file of the face from which triangle `index` was cut.
+    ///
+    /// # Panics
+    /// If there is no triangle `index`, or `source_faces` is shorter than the triangles.
     pub fn source_face(&self, index: u32) -> u32 {
         self.source_faces.as_ref().map_or(index, |faces| faces[index as usize])
     }
 
     /// The box around all finite vertices that a triangle uses.
     pub fn bounds(&self) -> Aabb {
-        let mut bounds = Aabb::EMPTY;
-        for triangle in &self.triangles {
+        let include = |mut bounds: Aabb, triangle: &[u32; 3]| {
             for &v in triangle {
                 let p = self.positions.get(v as usize);
                 if p.is_finite() {
                     bounds = bounds.including(p);
                 }
             }
-        }
-        bounds
+            bounds
+        };
+        self.triangles
+            .par_chunks(1 << 14)
+            .map(|chunk| chunk.iter().fold(Aabb::EMPTY, include))
+            .reduce(|| Aabb::EMPTY, |a, b| a.union(&b))
     }
 }

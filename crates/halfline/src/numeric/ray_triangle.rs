@@ -81,7 +81,8 @@ impl PreparedRay {
     #[inline]
     pub fn meet(&self, corners: [Vec3; 3]) -> Option<Contact> {
         // Take the corners relative to the origin and compute the three edge functions.
-        let [a, b, c] = corners.map(|corner| corner - self.origin);
+        let [a, b, c] = corners;
+        let (a, b, c) = (a - self.origin, b - self.origin, c - self.origin);
         let edges = [
             edge_function(self.direction, b, c),
             edge_function(self.direction, c, a),
@@ -155,8 +156,9 @@ impl PreparedRay {
     /// The edge functions of [`PreparedRay::meet`] have the right signs, but for a small triangle
     /// far from the origin nearly all of their bits cancel, so these are double-double.
     fn barycentrics(&self, corners: &[Vec3; 3]) -> (f64, f64) {
+        let [a, b, c] = corners;
         let from_origin =
-            corners.map(|p| [0, 1, 2].map(|i| DoubleDouble::difference(p[i], self.origin[i])));
+            [difference(a, &self.origin), difference(b, &self.origin), difference(c, &self.origin)];
         let mut values = [DoubleDouble { high: 0.0, low: 0.0 }; 3];
         let mut permanent = 0.0;
         for i in 0..3 {
@@ -186,9 +188,7 @@ impl PreparedRay {
     /// `n . (a - origin) / (n . direction)` with the normal `n = (b - a) x (c - a)`.
     fn parameter(&self, [a, b, c]: &[Vec3; 3]) -> f64 {
         // Compute numerator and denominator in double-double, and their permanents.
-        let ab = [0, 1, 2].map(|axis| DoubleDouble::difference(b[axis], a[axis]));
-        let ac = [0, 1, 2].map(|axis| DoubleDouble::difference(c[axis], a[axis]));
-        let oa = [0, 1, 2].map(|axis| DoubleDouble::difference(a[axis], self.origin[axis]));
+        let (ab, ac, oa) = (difference(b, a), difference(c, a), difference(a, &self.origin));
         let mut numerator = DoubleDouble { high: 0.0, low: 0.0 };
         let mut denominator = DoubleDouble { high: 0.0, low: 0.0 };
         let mut numerator_permanent = 0.0;
@@ -242,6 +242,17 @@ impl PreparedRay {
     fn unscale(&self, t: f64) -> f64 {
         scale_by_power_of_two(t, self.t_exponent) + 0.0
     }
+}
+
+/// `p - q`, exactly. Written out, since the compiler leaves `array::map` a call, which costs more
+/// than the subtractions.
+#[inline(always)]
+fn difference(p: &Vec3, q: &Vec3) -> [DoubleDouble; 3] {
+    [
+        DoubleDouble::difference(p.x, q.x),
+        DoubleDouble::difference(p.y, q.y),
+        DoubleDouble::difference(p.z, q.z),
+    ]
 }
 
 /// Relative error, in terms of its permanent, of a sum of three products of a 2 x 2 minor and one

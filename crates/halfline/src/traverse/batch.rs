@@ -4,8 +4,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 
 use rayon::prelude::*;
 
-use super::single;
-use super::walk::{RayCounters, Stack};
+use super::caster::Caster;
 use crate::error::Result;
 use crate::geometry::{Hit, Ray};
 use crate::mesh::Mesh;
@@ -46,18 +45,20 @@ impl<'a> Progress<'a> {
 
 /// Casts each ray and puts its answer into the same place of the result.
 fn cast<A: Clone + Send>(
+    tree: &KdTree,
+    mesh: &Mesh,
     rays: &[Ray],
     miss: A,
     observer: &dyn Observer,
-    answer: impl Fn(&Ray, &mut Stack) -> A + Sync,
+    answer: impl Fn(&mut Caster, &Ray) -> A + Sync,
 ) -> Result<Vec<A>> {
     let progress = Progress::start(observer, rays.len());
     let mut answers = vec![miss; rays.len()];
     answers.par_chunks_mut(CHUNK).zip(rays.par_chunks(CHUNK)).try_for_each(|(answers, rays)| {
         observer.check()?;
-        let mut stack = Stack::default();
+        let mut caster = Caster::new(tree, mesh);
         for (slot, ray) in answers.iter_mut().zip(rays) {
-            *slot = answer(ray, &mut stack);
+            *slot = answer(&mut caster, ray);
         }
         progress.advance(rays.len());
         Ok(())
@@ -72,9 +73,7 @@ pub fn intersect(
     rays: &[Ray],
     observer: &dyn Observer,
 ) -> Result<Vec<Hit>> {
-    cast(rays, Hit::MISS, observer, |ray, stack| {
-        single::closest(tree, mesh, ray, stack, &mut RayCounters::default())
-    })
+    cast(tree, mesh, rays, Hit::MISS, observer, |caster, ray| caster.closest(ray))
 }
 
 /// For each ray whether it hits anything.
@@ -84,7 +83,7 @@ pub fn occluded(
     rays: &[Ray],
     observer: &dyn Observer,
 ) -> Result<Vec<bool>> {
-    cast(rays, false, observer, |ray, stack| single::any(tree, mesh, ray, stack))
+    cast(tree, mesh, rays, false, observer, |caster, ray| caster.any(ray))
 }
 
 /// Every crossing of each ray.
@@ -101,9 +100,9 @@ pub fn intersect_all(
             observer.check()?;
             let mut ends = Vec::with_capacity(rays.len());
             let mut hits = Vec::new();
-            let mut stack = Stack::default();
+            let mut caster = Caster::new(tree, mesh);
             for ray in rays {
-                single::all(tree, mesh, ray, &mut stack, &mut hits);
+                caster.all(ray, &mut hits);
                 ends.push(hits.len());
             }
             progress.advance(rays.len());

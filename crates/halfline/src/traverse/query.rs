@@ -1,6 +1,6 @@
 //! The questions that one walk through the tree answers.
 
-use crate::geometry::{Hit, Ray, Vec3};
+use crate::geometry::{Hit, Vec3};
 use crate::mesh::Mesh;
 use crate::numeric::{Contact, PreparedRay, is_nearer};
 
@@ -23,12 +23,9 @@ pub struct ClosestHit {
 
 impl ClosestHit {
     /// The hit, once the walk is over.
-    pub fn finish(self, ray: &Ray, mesh: &Mesh) -> Hit {
+    pub fn finish(self, ray: &PreparedRay, mesh: &Mesh) -> Hit {
         let Hit { t, face, .. } = self.nearest;
-        match PreparedRay::new(ray) {
-            Some(prepared) if self.nearest.is_hit() => prepared.hit(t, face, mesh.corners(face)),
-            _ => Hit::MISS,
-        }
+        if self.nearest.is_hit() { ray.hit(t, face, mesh.corners(face)) } else { Hit::MISS }
     }
 }
 

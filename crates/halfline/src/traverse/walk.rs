@@ -35,17 +35,17 @@ impl Default for Stack {
     }
 }
 
-/// Shows `query` the contacts of the ray, until nothing more can matter.
+/// Shows `query` the contacts of a ray, which was also `prepared`, until nothing more can matter.
 #[inline]
 pub fn walk<Q: Query>(
     tree: &KdTree,
     mesh: &Mesh,
     ray: &Ray,
+    prepared: &PreparedRay,
     query: &mut Q,
     stack: &mut Stack,
     counters: &mut RayCounters,
 ) {
-    let Some(prepared) = PreparedRay::new(ray) else { return };
     let slab_ray = SlabRay::new(ray, &tree.frame);
     let mut limit = slab_ray.limit(ray.t_max);
     if slab_ray.entry(&tree.root.bounds, limit) == f64::INFINITY {
@@ -83,7 +83,7 @@ pub fn walk<Q: Query>(
                 for (i, &face) in tree.faces(first, count).iter().enumerate() {
                     let corners = tree.corners.get(mesh, first as usize + i, face);
                     if let Some(contact) = prepared.meet(corners) {
-                        query.offer(&prepared, &contact, face, corners);
+                        query.offer(prepared, &contact, face, corners);
                     }
                 }
                 if query.is_done() {

@@ -1,4 +1,4 @@
-//! The kd-tree that the engine walks: nodes, statistics.
+//! The kd-tree that the engine walks: nodes, the leaves' triangles, statistics.
 
 mod bounds;
 mod leaf_corners;
@@ -49,7 +49,7 @@ impl KdTree {
         &self.references[first as usize..first as usize + count as usize]
     }
 
-    /// Bytes of the nodes and references.
+    /// Bytes of the nodes, the references and the leaves' corners.
     pub fn bytes(&self) -> usize {
         size_of_val(&self.children[..]) + size_of_val(&self.references[..]) + self.corners.bytes()
     }

@@ -3,6 +3,7 @@
 
 mod gltf;
 mod gltf_build;
+mod gltf_refusals;
 mod obj;
 mod off;
 

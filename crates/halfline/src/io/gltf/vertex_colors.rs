@@ -8,7 +8,7 @@ use super::document::{self, Shape, TextureInfo, TextureTransform};
 use super::image::{Image, Wrap};
 use super::material::is_opaque;
 use crate::error::{Error, Result};
-use crate::io::colors::srgb_from_linear;
+use crate::mesh::srgb_from_linear;
 use crate::progress::Observer;
 
 /// Decoding all images may cost this much work, in pixels for each byte read ...

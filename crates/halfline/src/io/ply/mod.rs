@@ -1,7 +1,7 @@
 //! PLY, the Stanford polygon file format: ASCII and binary of both byte orders.
 //!
-//! A [`header`] tells what the body holds, [`schema`] which of that makes up a mesh. Binary bodies
-//! are read in two passes: [`layout`] finds where the records lie, [`binary`] fills the arrays.
+//! A `header` tells what the body holds, `schema` which of that makes up a mesh. Binary bodies
+//! are read in two passes: `layout` finds where the records lie, `binary` fills the arrays.
 
 mod ascii;
 mod binary;
@@ -26,7 +26,7 @@ use crate::error::{Error, Result};
 use crate::mesh::{Mesh, Positions};
 use crate::progress::{Observer, Silent, Stage};
 
-pub use header::is_ply;
+pub(super) use header::is_ply;
 pub use writer::save;
 
 /// The arrays of a mesh.
@@ -65,7 +65,7 @@ pub fn read(path: &Path, bytes: &[u8], observer: &dyn Observer) -> Result<Mesh> 
 
 /// True if no more bytes than these are needed: because they hold all that their header promises,
 /// or because they are wrong, or promise more than `limit` bytes can hold.
-pub fn is_complete(bytes: &[u8], limit: usize) -> bool {
+pub(super) fn is_complete(bytes: &[u8], limit: usize) -> bool {
     let path = Path::new("");
     let Ok(parsed) = header::parse(path, bytes) else {
         return true;

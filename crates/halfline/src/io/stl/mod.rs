@@ -26,7 +26,7 @@ const FACET_BYTES: usize = 50;
 const START_BYTES: usize = 1024;
 
 /// True if `bytes` begin with the word `solid`, as ASCII files do and some binary ones.
-pub fn is_stl(bytes: &[u8]) -> bool {
+pub(super) fn is_stl(bytes: &[u8]) -> bool {
     let text = without_mark(bytes).trim_ascii_start();
     text.len() >= 5
         && text[..5].eq_ignore_ascii_case(b"solid")
@@ -65,7 +65,7 @@ fn is_ascii(bytes: &[u8]) -> bool {
 }
 
 /// True if no more bytes than these are needed. ASCII does not tell where it ends.
-pub fn is_complete(bytes: &[u8]) -> bool {
+pub(super) fn is_complete(bytes: &[u8]) -> bool {
     !is_ascii(bytes)
         && facet_count(bytes).is_some_and(|facets| binary_length(facets) <= bytes.len() as u64)
 }

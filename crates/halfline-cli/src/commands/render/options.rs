@@ -1,21 +1,16 @@
-//! `halfline render`: a picture of a mesh.
+//! What may be said about a picture, and the settings that it means.
 
-use std::io::BufWriter;
 use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
 use halfline::geometry::Vec3;
-use halfline::mesh::Material;
-use halfline::progress::Stage;
+use halfline::mesh::{Material, linear_from_srgb};
 use halfline_render::{
     Background, CameraSettings, Ground, GroundSurface, Light, MAX_DEPTH, MAX_SAMPLES, Projection,
-    RenderSettings, Rendering, Shading, Up, linear_from_srgb,
+    RenderSettings, Shading, Up,
 };
-use serde_json::json;
 
-use crate::session::{Failure, Figures, Session};
-use crate::table::Table;
-use crate::{output, session, units, values};
+use crate::{output, values};
 
 const EXAMPLES: &str = "\
 Examples:
@@ -31,12 +26,12 @@ Examples:
 pub struct Options {
     /// The mesh to draw
     #[arg(value_name = "MESH")]
-    mesh: PathBuf,
+    pub mesh: PathBuf,
 
     /// Where the picture goes: .png, or .exr with depth, normals and face ids
     #[arg(short, long, value_name = "FILE")]
     #[arg(value_parser = output::path_with_extension(&["png", "exr"]))]
-    output: PathBuf,
+    pub output: PathBuf,
 
     /// Size of the picture in pixels
     #[arg(long, value_name = "W,H", default_value = "1280,720", value_parser = values::resolution)]
@@ -293,7 +288,8 @@ impl MaterialOptions {
 }
 
 impl Options {
-    fn settings(&self) -> RenderSettings {
+    /// The settings of the picture.
+    pub fn settings(&self) -> RenderSettings {
         let (camera, surroundings) = (&self.camera, &self.surroundings);
         RenderSettings {
             width: self.resolution.0,
@@ -333,77 +329,4 @@ impl Options {
             occlusion_rays: self.light.occlusion_rays,
         }
     }
-
-    fn write(&self, rendering: &Rendering, session: &Session) -> Result<f64, Failure> {
-        let is_exr = output::extension(&self.output).is_some_and(|e| e == "exr");
-        let ((), seconds) = session.timed(Stage::Write, |observer| {
-            output::write(&self.output, observer, |file| match is_exr {
-                true => rendering.write_exr(file),
-                false => rendering.write_png(BufWriter::new(file)),
-            })
-        })?;
-        Ok(seconds)
-    }
-}
-
-/// Draws the picture.
-pub fn run(options: &Options, session: Session) -> Result<(), Failure> {
-    output::check(&options.output, &[&options.mesh])?;
-    let settings = options.settings();
-    let (mesh, load_seconds) = session.load(&options.mesh)?;
-    let triangles = mesh.triangle_count() as u64;
-    let (scene, build_seconds) =
-        session.timed(Stage::Build, |observer| halfline::Scene::build(mesh, observer))?;
-    let (rendering, trace_seconds) = session
-        .timed(Stage::Trace, |observer| halfline_render::render(&scene, &settings, observer))?;
-    let write_seconds = options.write(&rendering, &session)?;
-
-    let rays = rendering.statistics.rays;
-    let rays_per_second = rendering.statistics.rays_per_second();
-    let peak_memory = session::peak_memory_bytes();
-    let mut figures = Figures::new();
-    let mut tell = |name: &str, value| figures.insert(name.into(), value);
-    tell("mesh", json!(options.mesh.to_string_lossy()));
-    tell("output", json!(options.output.to_string_lossy()));
-    tell("triangles", json!(triangles));
-    tell("width", json!(settings.width));
-    tell("height", json!(settings.height));
-    tell("shading", json!(settings.shading.name()));
-    tell("samples", json!(settings.samples));
-    tell("seed", json!(settings.seed));
-    tell("coverage", json!(rendering.coverage()));
-    tell("rays", json!(rays.total()));
-    tell(
-        "rays_by_kind",
-        json!({
-            "primary": rays.primary,
-            "occlusion": rays.occlusion,
-            "shadow": rays.shadow,
-            "reflection": rays.reflection,
-            "refraction": rays.refraction,
-        }),
-    );
-    tell("rays_per_second", json!(rays_per_second));
-    tell("load_seconds", json!(load_seconds));
-    tell("build_seconds", json!(build_seconds));
-    tell("trace_seconds", json!(trace_seconds));
-    tell("write_seconds", json!(write_seconds));
-    tell("peak_memory_bytes", json!(peak_memory));
-
-    let text = || {
-        let mut table = Table::new(options.output.display());
-        let note = format!("{} triangles", units::count(triangles));
-        table.row("load", units::seconds(load_seconds), note);
-        table.row("build", units::seconds(build_seconds), "");
-        let note = format!(
-            "{}rays, {}rays/s",
-            units::metric(rays.total() as f64),
-            units::metric(rays_per_second)
-        );
-        table.row("trace", units::seconds(trace_seconds), note);
-        let note = format!("{} x {} pixels", settings.width, settings.height);
-        table.row("write", units::seconds(write_seconds), note);
-        table.print()
-    };
-    session.tell(figures, text, false)
 }

@@ -1,0 +1,55 @@
+//! One ray after another.
+
+use super::query::{AllCrossings, AnyHit, ClosestHit};
+use super::walk::{RayCounters, Stack, walk};
+use crate::geometry::{Hit, Ray};
+use crate::mesh::Mesh;
+use crate::numeric::PreparedRay;
+use crate::tree::KdTree;
+
+/// Casts one ray after another at a scene: [`Scene::caster`](crate::Scene::caster) gives one.
+///
+/// It holds what a walk through the tree needs besides the tree, so casting allocates and clears
+/// nothing; each thread needs one of its own.
+pub struct Caster<'scene> {
+    tree: &'scene KdTree,
+    mesh: &'scene Mesh,
+    stack: Stack,
+}
+
+impl<'scene> Caster<'scene> {
+    pub(crate) fn new(tree: &'scene KdTree, mesh: &'scene Mesh) -> Caster<'scene> {
+        Caster { tree, mesh, stack: Stack::default() }
+    }
+
+    /// The hit with the smallest t; of equal ones that with the lowest face index.
+    pub fn closest(&mut self, ray: &Ray) -> Hit {
+        self.closest_counted(ray, &mut RayCounters::default())
+    }
+
+    /// [`Caster::closest`], adding what it cost to `counters`.
+    pub fn closest_counted(&mut self, ray: &Ray, counters: &mut RayCounters) -> Hit {
+        let Some(prepared) = PreparedRay::new(ray) else { return Hit::MISS };
+        let mut closest = ClosestHit::default();
+        walk(self.tree, self.mesh, ray, &prepared, &mut closest, &mut self.stack, counters);
+        closest.finish(&prepared, self.mesh)
+    }
+
+    /// True if the ray hits anything.
+    pub fn any(&mut self, ray: &Ray) -> bool {
+        let Some(prepared) = PreparedRay::new(ray) else { return false };
+        let mut any = AnyHit::default();
+        let counters = &mut RayCounters::default();
+        walk(self.tree, self.mesh, ray, &prepared, &mut any, &mut self.stack, counters);
+        any.found
+    }
+
+    /// Appends every crossing to `hits`, sorted by t and then by face.
+    pub fn all(&mut self, ray: &Ray, hits: &mut Vec<Hit>) {
+        let Some(prepared) = PreparedRay::new(ray) else { return };
+        let mut all = AllCrossings::appending_to(hits);
+        let counters = &mut RayCounters::default();
+        walk(self.tree, self.mesh, ray, &prepared, &mut all, &mut self.stack, counters);
+        all.finish();
+    }
+}
