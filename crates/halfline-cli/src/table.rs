@@ -4,6 +4,8 @@ use std::fmt::Write;
 
 use anstyle::{AnsiColor, Style};
 
+use crate::units;
+
 const LABEL: Style = AnsiColor::Cyan.on_default();
 const NOTE: Style = Style::new().dimmed();
 
@@ -33,6 +35,20 @@ impl Table {
             figure: figure.to_string(),
             note: note.to_string(),
         });
+        self
+    }
+
+    /// Adds a line about the triangles that were kept out of the tree, if there are any.
+    pub fn skipped(&mut self, zero_area: usize, non_finite: usize) -> &mut Table {
+        let count = |value: usize| units::count(value as u64);
+        if zero_area + non_finite > 0 {
+            let note = format!(
+                "{} without area, {} not finite: no ray can hit them",
+                count(zero_area),
+                count(non_finite)
+            );
+            self.row("skipped", count(zero_area + non_finite), note);
+        }
         self
     }
 

@@ -5,7 +5,7 @@ use halfline::geometry::{Aabb, Ray, Vec3};
 use halfline::mesh::Mesh;
 
 use crate::framing::{self, Axes, Slopes, unit};
-use crate::settings::{CameraSettings, Projection, RenderSettings};
+use crate::settings::{CameraSettings, Projection, RenderSettings, Up};
 
 /// Turns points of the picture into rays.
 #[derive(Clone, Debug, PartialEq)]
@@ -58,8 +58,12 @@ impl Camera {
             })?,
             None => default_forward(camera),
         };
-        let up = camera.view_up.unwrap_or_else(|| camera.up.vector());
-        let axes = Axes::looking(forward, up).ok_or_else(|| {
+        let axes = match camera.view_up {
+            Some(up) => Axes::looking(forward, up),
+            None => Axes::looking(forward, camera.up.vector())
+                .or_else(|| Axes::looking(forward, up_in_vertical_views(camera.up, forward))),
+        };
+        let axes = axes.ok_or_else(|| {
             Error::invalid("camera up", "it is parallel to the direction of view")
         })?;
 
@@ -200,6 +204,12 @@ fn default_forward(camera: &CameraSettings) -> Vec3 {
     let (sin_elevation, cos_elevation) = camera.elevation.to_radians().sin_cos();
     let around = camera.up.front() * cos_azimuth + camera.up.right() * sin_azimuth;
     -(around * cos_elevation + camera.up.vector() * sin_elevation)
+}
+
+/// What is up in a picture taken along the `up` axis itself: what it would become if a camera
+/// before the model's front rose, or sank, until it looks straight at the model.
+fn up_in_vertical_views(up: Up, forward: Vec3) -> Vec3 {
+    if forward.dot(up.vector()) < 0.0 { -up.front() } else { up.front() }
 }
 
 fn check(camera: &CameraSettings) -> Result<()> {

@@ -144,7 +144,8 @@ pub struct CameraSettings {
     pub position: Option<Vec3>,
     /// What the camera looks at; the middle of the model if `None`.
     pub focal_point: Option<Vec3>,
-    /// The direction that is up in the picture, instead of that of `up`.
+    /// The direction that is up in the picture, instead of that of `up`; a camera that looks along
+    /// `up` itself has the model's front at the bottom of the picture, seen from above.
     pub view_up: Option<Vec3>,
     /// How far the camera goes round the model to the right of its front, in degrees. Without
     /// effect once `position` is given.

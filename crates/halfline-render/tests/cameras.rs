@@ -161,3 +161,21 @@ fn a_position_alone_looks_at_the_model_and_a_focal_point_alone_keeps_the_directi
     let to_focal_point = (vec3(4.0, 0.5, 7.0) - pointed.eye()).normalized();
     assert!(near(to_focal_point, pointed.forward()));
 }
+
+#[test]
+fn straight_from_above_or_below_the_front_stays_where_it_was() {
+    for (up, front) in [(Up::PlusY, vec3(0.0, 0.0, 1.0)), (Up::PlusZ, vec3(0.0, -1.0, 0.0))] {
+        for height in [20.0, -20.0] {
+            let mut settings = settings();
+            settings.camera.up = up;
+            settings.camera.position = Some(up.vector() * height);
+            settings.camera.focal_point = Some(Vec3::ZERO);
+            let above = camera(&settings).ray(100.0, 10.0).direction;
+            assert!(above.dot(front) * height < 0.0, "{up:?} from {height}: {above:?}");
+            // The same but for a hair's breadth, where the up axis itself still serves.
+            settings.camera.position = Some(up.vector() * height + front * 1e-6);
+            let nearly = camera(&settings).ray(100.0, 10.0).direction;
+            assert!((above - nearly).length() < 1e-6, "{above:?} {nearly:?}");
+        }
+    }
+}

@@ -1,6 +1,6 @@
 //! `halfline generate`: meshes to try things on.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::Args;
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
@@ -98,9 +98,9 @@ fn view_figures(view: &View) -> Value {
 
 /// The command that shows the mesh from its best side.
 fn hint(options: &Options, view: Option<&View>) -> String {
-    let mesh = options.output.display();
-    let picture = options.output.with_extension("png");
-    let mut command = format!("  halfline render {mesh} -o {} --up +Z", picture.display());
+    let mesh = shell_word(&options.output);
+    let picture = shell_word(&options.output.with_extension("png"));
+    let mut command = format!("  halfline render {mesh} -o {picture} --up +Z");
     if let Some(view) = view {
         let vector = |v: Vec3| format!("{},{},{}", v.x, v.y, v.z);
         command += &format!(
@@ -110,5 +110,36 @@ fn hint(options: &Options, view: Option<&View>) -> String {
             view.angle_degrees
         );
     }
+    if options.kind == Kind::Hall {
+        // Under a roof, all the sky would be hidden.
+        command += " --occlusion-reach 0.08";
+    }
     format!("To see it:\n{command}\n")
+}
+
+/// `path` as a shell reads it as one word.
+fn shell_word(path: &Path) -> String {
+    let text = path.display().to_string();
+    let plain = |c: char| c.is_alphanumeric() || "/._-+,:=@%".contains(c);
+    match text.chars().all(plain) {
+        true => text,
+        false => format!("'{}'", text.replace('\'', r"'\''")),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn paths_survive_the_shell() {
+        for (path, word) in [
+            ("out/é_1.ply", "out/é_1.ply"),
+            ("my mesh.ply", "'my mesh.ply'"),
+            ("it's.ply", r"'it'\''s.ply'"),
+            ("$HOME;x.ply", "'$HOME;x.ply'"),
+        ] {
+            assert_eq!(shell_word(Path::new(path)), word);
+        }
+    }
 }

@@ -66,14 +66,7 @@ pub fn run(options: &Options, session: Session) -> Result<(), Failure> {
         let count = |value: usize| units::count(value as u64);
         let note = format!("{} vertices, {precision}", count(mesh.positions().len()));
         table.row("triangles", count(mesh.triangle_count()), note);
-        if skipped > 0 {
-            let note = format!(
-                "{} without area, {} not finite: no ray can hit them",
-                count(tree.skipped_zero_area),
-                count(tree.skipped_non_finite)
-            );
-            table.row("skipped", count(skipped), note);
-        }
+        table.skipped(tree.skipped_zero_area, tree.skipped_non_finite);
         bounds_rows(&mut table, &bounds);
         let note = file_bytes.map_or(String::new(), units::bytes);
         table.row("load", units::seconds(load_seconds), note);

@@ -103,7 +103,9 @@ pub fn run(options: &Options, session: Session) -> Result<(), Failure> {
         EngineName::Fast => {
             let (scene, build_seconds) =
                 run.session.timed(Stage::Build, |observer| Scene::build(mesh, observer))?;
-            run.answer(&scene, scene.mesh(), build_seconds)
+            let tree = scene.tree();
+            let skipped = Some((tree.skipped_zero_area, tree.skipped_non_finite));
+            run.answer(&scene, scene.mesh(), skipped, build_seconds)
         }
         EngineName::Textbook => {
             let (tree, build_seconds) = run.session.timed(Stage::Build, |_| {
@@ -111,9 +113,9 @@ pub fn run(options: &Options, session: Session) -> Result<(), Failure> {
                 let termination = Termination::automatic(mesh.triangle_count());
                 Ok(KdTree::init_kd_tree(&mesh, &rule, &termination))
             })?;
-            run.answer(&tree, &mesh, build_seconds)
+            run.answer(&tree, &mesh, None, build_seconds)
         }
-        EngineName::Brute => run.answer(&BruteForce(&mesh), &mesh, 0.0),
+        EngineName::Brute => run.answer(&BruteForce(&mesh), &mesh, None, 0.0),
     }
 }
 
@@ -130,11 +132,13 @@ struct Run<'a> {
 }
 
 impl Run<'_> {
-    /// Casts all rays, writes the answers and tells the figures.
+    /// Casts all rays, writes the answers and tells the figures. `skipped` counts the triangles
+    /// without area and the ones that are not finite, for engines that look for them beforehand.
     fn answer(
         mut self,
         engine: &dyn Engine,
         mesh: &Mesh,
+        skipped: Option<(usize, usize)>,
         build_seconds: f64,
     ) -> Result<(), Failure> {
         let mut answers = match (self.options.any, self.options.all) {
@@ -175,6 +179,7 @@ impl Run<'_> {
         tell("engine", json!(self.options.engine.name()));
         tell("question", json!(answers.question()));
         tell("triangles", json!(triangles));
+        tell("skipped", json!(skipped.map(|(zero_area, non_finite)| zero_area + non_finite)));
         tell("rays", json!(ray_count));
         tell("invalid_rays", json!(invalid_rays));
         tell("hit_rays", json!(hit_rays));
@@ -190,6 +195,9 @@ impl Run<'_> {
             let mut table = Table::new(self.options.output.display());
             let note = format!("{} triangles", units::count(triangles));
             table.row("load", units::seconds(self.load_seconds), note);
+            if let Some((zero_area, non_finite)) = skipped {
+                table.skipped(zero_area, non_finite);
+            }
             table.row("build", units::seconds(build_seconds), "");
             let note = format!(
                 "{} rays, {}rays/s",

@@ -222,3 +222,16 @@ fn people_get_a_summary_unless_quiet() {
     let outcome = bench.run("query cube.ply rays.npy -o hits.npz --quiet");
     assert_eq!(outcome.succeeded().stdout, "");
 }
+
+#[test]
+fn triangles_that_nothing_can_hit_are_counted_by_the_engine_that_looks() {
+    let bench = Bench::new();
+    let flat = CUBE.replace("element face 6", "element face 7") + "3 0 1 1\n";
+    bench.write("flat.ply", flat);
+    let rays = [5.0, 0.1, 0.2, -1.0, 0.0, 0.0];
+    write_rays(&bench.path("rays.npy"), &rays, 6, "<f8", Order::C);
+    let line = "query flat.ply rays.npy -o hits.npz";
+    assert_eq!(bench.figures(line)["skipped"], 1);
+    assert!(bench.figures(&format!("{line} --engine brute"))["skipped"].is_null());
+    assert!(bench.run(line).stdout.contains("1 without area, 0 not finite"));
+}

@@ -141,3 +141,30 @@ fn every_kind_is_generated_and_its_hint_renders() {
         assert!(figures["coverage"].as_f64().unwrap() > 0.05, "{name}: {figures}");
     }
 }
+
+#[test]
+fn triangles_that_cannot_be_seen_are_told() {
+    let bench = Bench::new();
+    let flat = CUBE.replace("element face 6", "element face 8") + "3 0 1 1\n3 2 2 2\n";
+    bench.write("flat.ply", flat);
+    let line = "render flat.ply -o flat.png --resolution 8,6 --samples 1";
+    assert_eq!(bench.figures(line)["skipped"], 2);
+    let outcome = bench.run(line);
+    let said = &outcome.succeeded().stdout;
+    assert!(said.contains("2 without area, 0 not finite"), "{said}");
+    bench.write("points.off", "OFF 2 0 0\n0 0 0\n1 1 1\n");
+    let outcome = bench.run(&line.replace("flat.ply", "points.off"));
+    let said = &outcome.succeeded().stdout;
+    assert!(said.contains("no triangles: there is nothing to see"), "{said}");
+}
+
+#[test]
+fn a_camera_looks_straight_down_but_not_at_itself() {
+    let bench = Bench::new();
+    bench.write("cube.ply", CUBE);
+    let line = "render cube.ply -o top.png --resolution 8,6 --samples 1 --camera-focal-point 0,0,0";
+    let figures = bench.figures(&format!("{line} --camera-position 0,9,0"));
+    assert!(figures["coverage"].as_f64().unwrap() > 0.05);
+    let outcome = bench.run(&format!("{line} --camera-position 0,0,0"));
+    outcome.refused("--camera-position and --camera-focal-point are the same point");
+}

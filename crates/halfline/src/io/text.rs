@@ -50,7 +50,7 @@ pub fn parse_integer(word: &[u8]) -> Option<i64> {
         [b'+', rest @ ..] => (false, rest),
         _ => (false, word),
     };
-    // Eighteen digits cannot overflow, and no property type needs more than ten.
+    // Eighteen digits cannot overflow, and nothing that can be stored needs more.
     if digits.is_empty() || digits.len() > 18 {
         return None;
     }

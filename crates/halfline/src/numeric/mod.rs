@@ -24,4 +24,5 @@ pub use ray_triangle::{Contact, PreparedRay};
 pub(crate) use double_double::UNIT_ROUNDOFF;
 pub(crate) use frame::{FRAME_ERROR, round_down, round_up};
 pub(crate) use power_of_two::{exponent_of, scale_by_power_of_two, scale_vector};
-pub(crate) use ray_triangle::{is_nearer, is_zero_area};
+pub(crate) use ray_triangle::is_nearer;
+pub use ray_triangle::is_zero_area;

@@ -19,6 +19,7 @@ use crate::{output, session, units};
 /// Draws the picture.
 pub fn run(options: &Options, session: Session) -> Result<(), Failure> {
     output::check(&options.output, &[&options.mesh])?;
+    options.check()?;
     let settings = options.settings();
     let (mesh, load_seconds) = session.load(&options.mesh)?;
     let triangles = mesh.triangle_count() as u64;
@@ -28,6 +29,7 @@ pub fn run(options: &Options, session: Session) -> Result<(), Failure> {
         .timed(Stage::Trace, |observer| halfline_render::render(&scene, &settings, observer))?;
     let write_seconds = write(&options.output, &rendering, &session)?;
 
+    let (zero_area, non_finite) = (scene.tree().skipped_zero_area, scene.tree().skipped_non_finite);
     let rays = rendering.statistics.rays;
     let rays_per_second = rendering.statistics.rays_per_second();
     let peak_memory = session::peak_memory_bytes();
@@ -36,6 +38,7 @@ pub fn run(options: &Options, session: Session) -> Result<(), Failure> {
     tell("mesh", json!(options.mesh.to_string_lossy()));
     tell("output", json!(options.output.to_string_lossy()));
     tell("triangles", json!(triangles));
+    tell("skipped", json!(zero_area + non_finite));
     tell("width", json!(settings.width));
     tell("height", json!(settings.height));
     tell("shading", json!(settings.shading.name()));
@@ -62,8 +65,12 @@ pub fn run(options: &Options, session: Session) -> Result<(), Failure> {
 
     let text = || {
         let mut table = Table::new(options.output.display());
-        let note = format!("{} triangles", units::count(triangles));
+        let note = match triangles {
+            0 => "no triangles: there is nothing to see".to_owned(),
+            _ => format!("{} triangles", units::count(triangles)),
+        };
         table.row("load", units::seconds(load_seconds), note);
+        table.skipped(zero_area, non_finite);
         table.row("build", units::seconds(build_seconds), "");
         let note = format!(
             "{}rays, {}rays/s",

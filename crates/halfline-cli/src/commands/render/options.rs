@@ -10,6 +10,7 @@ use halfline_render::{
     RenderSettings, Shading, Up,
 };
 
+use crate::failure::Failure;
 use crate::{output, values};
 
 const EXAMPLES: &str = "\
@@ -328,5 +329,15 @@ impl Options {
             occlusion_reach: self.light.occlusion_reach,
             occlusion_rays: self.light.occlusion_rays,
         }
+    }
+
+    /// Refuses what no single option shows to be wrong.
+    pub fn check(&self) -> Result<(), Failure> {
+        let camera = &self.camera;
+        if camera.camera_position.is_some() && camera.camera_position == camera.camera_focal_point {
+            let reason = "--camera-position and --camera-focal-point are the same point";
+            return Err(Failure::Usage(reason.into()));
+        }
+        Ok(())
     }
 }

@@ -330,7 +330,7 @@ impl<'a> Line<'a> {
         let value = match scalar {
             Scalar::F32 => parse_f32(word).map(f64::from),
             Scalar::F64 => parse_f64(word),
-            // Exact: the check of the range leaves at most 32 bits.
+            // Exact up to 2^53; coordinates beyond that are rounded.
             _ => return Ok(in_range(word, scalar)? as f64),
         };
         value.ok_or_else(|| not_a(word, "number"))

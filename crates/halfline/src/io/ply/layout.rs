@@ -155,7 +155,7 @@ pub fn walk_record<const BIG: bool>(
                 (length, item.size())
             }
         };
-        // At most 2^32 times 8: this cannot overflow 64 bits, and saturates at 32.
+        // A product that saturates is more than any file holds.
         let length = count.saturating_mul(size);
         if length > bytes.len() - position {
             return Err(Walk::Short);

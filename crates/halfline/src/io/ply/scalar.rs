@@ -1,4 +1,5 @@
-//! The eight number types of PLY, under their old names and their new ones.
+//! The number types of PLY: the eight of the format, under their old names and their new ones,
+//! and the integers of 64 bits that writers in Python add to them.
 
 /// A number type.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -9,6 +10,8 @@ pub enum Scalar {
     U16,
     I32,
     U32,
+    I64,
+    U64,
     F32,
     F64,
 }
@@ -23,6 +26,8 @@ impl Scalar {
             b"ushort" | b"uint16" => Scalar::U16,
             b"int" | b"int32" => Scalar::I32,
             b"uint" | b"uint32" => Scalar::U32,
+            b"int64" => Scalar::I64,
+            b"uint64" => Scalar::U64,
             b"float" | b"float32" => Scalar::F32,
             b"double" | b"float64" => Scalar::F64,
             _ => return None,
@@ -35,7 +40,7 @@ impl Scalar {
             Scalar::I8 | Scalar::U8 => 1,
             Scalar::I16 | Scalar::U16 => 2,
             Scalar::I32 | Scalar::U32 | Scalar::F32 => 4,
-            Scalar::F64 => 8,
+            Scalar::I64 | Scalar::U64 | Scalar::F64 => 8,
         }
     }
 
@@ -46,10 +51,11 @@ impl Scalar {
 
     /// True if single precision holds every value of the type.
     pub fn fits_f32(self) -> bool {
-        !matches!(self, Scalar::I32 | Scalar::U32 | Scalar::F64)
+        matches!(self, Scalar::I8 | Scalar::U8 | Scalar::I16 | Scalar::U16 | Scalar::F32)
     }
 
-    /// The least and the largest value of an integer type; of the others, all that `i64` holds.
+    /// The least and the largest value of an integer type, as far as `i64` holds them; of the
+    /// others, all that `i64` holds.
     pub fn range(self) -> (i64, i64) {
         match self {
             Scalar::I8 => (i8::MIN.into(), i8::MAX.into()),
@@ -58,11 +64,13 @@ impl Scalar {
             Scalar::U16 => (0, u16::MAX.into()),
             Scalar::I32 => (i32::MIN.into(), i32::MAX.into()),
             Scalar::U32 => (0, u32::MAX.into()),
-            Scalar::F32 | Scalar::F64 => (i64::MIN, i64::MAX),
+            Scalar::U64 => (0, i64::MAX),
+            Scalar::I64 | Scalar::F32 | Scalar::F64 => (i64::MIN, i64::MAX),
         }
     }
 
-    /// The number that `bytes` begin with, as an integer; floating-point ones are cut.
+    /// The number that `bytes` begin with, as an integer; floating-point ones are cut,
+    /// and what is above `i64` becomes its largest value, too large to count or name anything.
     ///
     /// # Panics
     /// If there are fewer bytes than [`Scalar::size`].
@@ -75,12 +83,14 @@ impl Scalar {
             Scalar::U16 => u16::read::<BIG>(bytes).into(),
             Scalar::I32 => i32::read::<BIG>(bytes).into(),
             Scalar::U32 => u32::read::<BIG>(bytes).into(),
+            Scalar::I64 => i64::read::<BIG>(bytes),
+            Scalar::U64 => i64::try_from(u64::read::<BIG>(bytes)).unwrap_or(i64::MAX),
             Scalar::F32 => f32::read::<BIG>(bytes) as i64,
             Scalar::F64 => f64::read::<BIG>(bytes) as i64,
         }
     }
 
-    /// The number that `bytes` begin with, exactly.
+    /// The number that `bytes` begin with: exactly, but for integers beyond 2^53, which are rounded.
     ///
     /// # Panics
     /// If there are fewer bytes than [`Scalar::size`].
@@ -89,7 +99,7 @@ impl Scalar {
         match self {
             Scalar::F32 => f32::read::<BIG>(bytes).into(),
             Scalar::F64 => f64::read::<BIG>(bytes),
-            // Exact: these integers have at most 32 bits.
+            Scalar::U64 => u64::read::<BIG>(bytes) as f64,
             _ => self.integer::<BIG>(bytes) as f64,
         }
     }
@@ -125,7 +135,7 @@ macro_rules! number {
         }
     )*};
 }
-number!(i8, u8, i16, u16, i32, u32, f32, f64);
+number!(i8, u8, i16, u16, i32, u32, i64, u64, f32, f64);
 
 #[cfg(test)]
 mod tests {
@@ -136,6 +146,9 @@ mod tests {
         assert_eq!(Scalar::I16.integer::<false>(&[0xfe, 0xff]), -2);
         assert_eq!(Scalar::I16.integer::<true>(&[0xff, 0xfe]), -2);
         assert_eq!(Scalar::U32.real::<true>(&[0xff, 0xff, 0xff, 0xff]), 4_294_967_295.0);
+        assert_eq!(Scalar::I64.integer::<true>(&(-5_i64).to_be_bytes()), -5);
+        assert_eq!(Scalar::U64.integer::<false>(&u64::MAX.to_le_bytes()), i64::MAX);
+        assert_eq!(Scalar::U64.real::<false>(&(1_u64 << 63).to_le_bytes()), 2.0_f64.powi(63));
         assert_eq!(Scalar::F64.real::<true>(&1.5_f64.to_be_bytes()), 1.5);
         assert_eq!(Scalar::F32.real::<false>(&1.5_f32.to_le_bytes()), 1.5);
     }

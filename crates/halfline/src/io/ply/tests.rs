@@ -32,6 +32,8 @@ fn put(bytes: &mut Vec<u8>, encoding: &str, scalar: Scalar, value: f64) {
         Scalar::U16 => put!(u16),
         Scalar::I32 => put!(i32),
         Scalar::U32 => put!(u32),
+        Scalar::I64 => put!(i64),
+        Scalar::U64 => put!(u64),
         Scalar::F32 => put!(f32),
         Scalar::F64 => put!(f64),
     }
@@ -163,7 +165,7 @@ fn extra_elements_and_properties_are_passed_over_in_any_order() {
 fn all_integer_types_count_and_name_vertices() {
     let types = [
         "char", "uchar", "short", "ushort", "int", "uint", "int8", "uint8", "int16", "uint16",
-        "int32", "uint32",
+        "int32", "uint32", "int64", "uint64",
     ];
     for encoding in ENCODINGS {
         for count in types {
@@ -187,6 +189,7 @@ fn coordinates_keep_their_precision() {
             (["float64", "float64", "float64"], true),
             (["int", "float", "float"], true),
             (["uint", "short", "char"], true),
+            (["int64", "float", "uint64"], true),
         ] {
             let properties = [0, 1, 2].map(|i| format!("{} {}", types[i], ["x", "y", "z"][i]));
             let properties = properties.each_ref().map(|p| &**p);
@@ -420,6 +423,8 @@ fn wrong_indices_and_counts_are_named() {
             ("list uchar uint vertex_indices", 4e9, "vertex index 4000000000 is not below"),
             ("list uchar short vertex_indices", -7., "vertex index -7 is negative"),
             ("list uchar uchar vertex_indices", 200., "vertex index 200 is not below"),
+            ("list uchar int64 vertex_indices", -7., "vertex index -7 is negative"),
+            ("list uchar uint64 vertex_indices", 4294967296., "vertex index 4294967296 is not"),
         ] {
             for face in [&[3., 0., index, 2.][..], &[4., 0., 1., 2., index]] {
                 let faces: &[&[f64]] = &[&[3., 0., 1., 2.], face, &[3., 9., 9., 9.]];
@@ -437,6 +442,21 @@ fn wrong_indices_and_counts_are_named() {
         assert!(error_of(&bytes).contains("vertex index -2 is negative"));
         let bytes = ply(encoding, &[("vertex", XYZ, &[]), ("face", FACES, TWO)]);
         assert!(error_of(&bytes).contains("vertex index 0 is not below the number of vertices, 0"));
+    }
+    // The largest count and index of 64 bits.
+    for encoding in &ENCODINGS[1..] {
+        let most: &[&[f64]] = &[&[3., 0., 1., 2.], &[1., u64::MAX as f64]];
+        let faces = &["list uchar uint64 vertex_indices"];
+        let bytes = ply(encoding, &[("vertex", XYZ, SQUARE), ("face", faces, most)]);
+        let error = error_of(&bytes);
+        assert!(error.contains("face 1: vertex index") && error.contains("not below"), "{error}");
+        let mut bytes = ply(encoding, &[("vertex", XYZ, SQUARE)]);
+        let end = bytes.windows(10).position(|w| w == b"end_header").unwrap();
+        let face = "element face 1\nproperty list uint64 int vertex_indices\n";
+        bytes.splice(end..end, face.bytes());
+        bytes.extend([0xff; 40]);
+        let error = error_of(&bytes);
+        assert!(error.contains("face 0: the file ends before its end"), "{error}");
     }
     let negative: &[&[f64]] = &[&[3., 0., 1., 2.], &[-3.]];
     for encoding in &ENCODINGS[1..] {
