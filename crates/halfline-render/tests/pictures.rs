@@ -402,6 +402,7 @@ fn settings_without_sense_are_named() {
         complaint(&|s| {
             s.camera.position = Some(up * 5.0);
             s.camera.focal_point = Some(up);
+            s.camera.view_up = Some(up);
         }),
         "camera up"
     );
