@@ -63,7 +63,7 @@ impl Default for RenderSettings {
             lights: Vec::new(),
             max_depth: 8,
             occlusion_reach: 0.5,
-            occlusion_rays: 4,
+            occlusion_rays: 2,
         }
     }
 }

@@ -273,8 +273,8 @@ fn the_default_clay_picture_casts_the_rays_it_promises() {
     let picture = draw(&sphere(), &settings(Shading::Clay));
     let rays = picture.statistics.rays;
     assert_eq!(rays.primary, 64 * 64 * 5);
-    let seen = rays.occlusion / 4;
-    assert_eq!(rays.occlusion, seen * 4);
+    let seen = rays.occlusion / 2;
+    assert_eq!(rays.occlusion, seen * 2);
     assert!(seen as f64 > 0.5 * 64.0 * 64.0 * 4.0 && rays.shadow <= seen);
     assert_eq!(rays.total(), rays.primary + rays.occlusion + rays.shadow);
 }

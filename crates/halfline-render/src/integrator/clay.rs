@@ -21,7 +21,7 @@ use crate::world::{Surface, World};
 
 /// What models without colours of their own are made of.
 pub(crate) const PLASTER: Material = Material {
-    base_color: [0.64, 0.595, 0.54, 1.0],
+    base_color: [0.50, 0.455, 0.40, 1.0],
     metallic: 0.0,
     roughness: 1.0,
     transmission: 0.0,

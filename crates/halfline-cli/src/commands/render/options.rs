@@ -173,7 +173,7 @@ struct LightOptions {
     max_depth: u32,
 
     /// Rays into the surroundings for each ray from the eye (clay)
-    #[arg(long, value_name = "N", default_value_t = 4)]
+    #[arg(long, value_name = "N", default_value_t = 2)]
     #[arg(value_parser = clap::value_parser!(u32).range(1..=i64::from(MAX_SAMPLES)))]
     occlusion_rays: u32,
 
