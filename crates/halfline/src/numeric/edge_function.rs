@@ -93,7 +93,7 @@ pub fn perturbed_sign(direction: Vec3, p: Vec3, q: Vec3) -> i8 {
 /// From which side a line meets a triangle.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Orientation {
-    /// The corners run counter-clockwise, seen from the ray's origin.
+    /// The corners run counter-clockwise for someone who looks along the direction.
     Front,
     /// They run clockwise.
     Back,
