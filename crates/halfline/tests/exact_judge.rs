@@ -72,7 +72,7 @@ fn check(ray: Ray, corners: [Vec3; 3]) -> Result<(), TestCaseError> {
     let expected = judge(&ray, corners).filter(|[t, ..]| {
         // t is compared with the range after rounding, as documented.
         let t = nearest_double(t);
-        ray.t_min <= t && t <= ray.t_max
+        ray.t_min <= t && t <= ray.t_max && t.is_finite()
     });
     match (found, expected) {
         (None, None) => {}
@@ -107,10 +107,18 @@ fn nearest_double(value: &Q) -> f64 {
     if value.is_zero() {
         return 0.0;
     }
-    let rough = value.to_f64().expect("in range");
-    let mut best = rough;
+    let mut best = value.to_f64().expect("a number");
+    if best.is_infinite() {
+        // What lies less than half a step beyond the largest double is rounded down to it.
+        let limit = Q::from_float(f64::MAX).expect("finite")
+            + Q::from_float(2f64.powi(970)).expect("finite");
+        return if value.abs() < limit { f64::MAX.copysign(best) } else { best };
+    }
     for _ in 0..4 {
         for candidate in [best.next_down(), best.next_up()] {
+            if candidate.is_infinite() {
+                continue;
+            }
             let distance = |x: f64| (Q::from_float(x).expect("finite") - value).abs();
             let (new, old) = (distance(candidate), distance(best));
             if new < old || (new == old && candidate.to_bits() & 1 == 0) {
@@ -118,7 +126,8 @@ fn nearest_double(value: &Q) -> f64 {
             }
         }
     }
-    best
+    // No negative zero, also where a negative value is nearest to zero.
+    best + 0.0
 }
 
 fn grid_point(range: i32) -> impl Strategy<Value = Vec3> {
@@ -198,6 +207,60 @@ proptest! {
     }
 }
 
+/// A coordinate of few digits, of a size that several coordinates share: so that they coincide and
+/// cancel, anywhere in the range of doubles.
+fn few_digits(exponents: [i32; 2], digits: i32, which: usize) -> f64 {
+    f64::from(digits)
+        * 2f64.powi(exponents[which] / 2)
+        * 2f64.powi(exponents[which] - exponents[which] / 2)
+}
+
+fn wide_point(exponents: [i32; 2]) -> impl Strategy<Value = Vec3> {
+    prop::array::uniform3((-3..=3i32, 0..2usize))
+        .prop_map(move |p| p.map(|(digits, which)| few_digits(exponents, digits, which)).into())
+}
+
+/// Pairs of binary exponents, together or far apart.
+fn two_exponents() -> impl Strategy<Value = [i32; 2]> {
+    (-1074..=1020i32, -1074..=1020i32, any::<bool>())
+        .prop_map(|(one, other, same)| if same { [one, one] } else { [one, other] })
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 500, ..ProptestConfig::default() })]
+
+    /// Where products overflow, underflow, or lose their last digits.
+    #[test]
+    fn the_whole_range_of_doubles(
+        (corners, o) in two_exponents().prop_flat_map(|e| (prop::array::uniform3(wide_point(e)), wide_point(e))),
+        d in two_exponents().prop_flat_map(wide_point),
+        steps in prop::array::uniform3(-1..=1i32),
+        aim in any::<bool>(),
+    ) {
+        let [a, b, c] = corners;
+        let d = if aim { a * 0.5 + b * 0.25 + c * 0.25 - o } else { d };
+        let d = if d.is_finite() { d } else { Vec3::from([0.0, 5e-324, 1e300]) };
+        prop_assume!(d != Vec3::ZERO);
+        let line = |o| Ray::with_range(o, d, f64::NEG_INFINITY, f64::INFINITY);
+        check(line(o), corners)?;
+        let o = Vec3::from([nudge(o.x, steps[0]), nudge(o.y, steps[1]), nudge(o.z, steps[2])]);
+        check(line(o), corners)?;
+        let zero_area = [0, 1, 2].map(|i| exact(corners[i]));
+        let normal = cross(&minus(&zero_area[1], &zero_area[0]), &minus(&zero_area[2], &zero_area[0]));
+        prop_assert_eq!(is_zero_area(corners), normal.iter().all(Zero::is_zero));
+    }
+
+    /// Any coordinates whatever.
+    #[test]
+    fn any_finite_doubles(bits in prop::array::uniform5(prop::array::uniform3(any::<u64>()))) {
+        let points = bits.map(|point| Vec3::from(point.map(f64::from_bits)));
+        prop_assume!(points.into_iter().all(Vec3::is_finite));
+        let [a, b, c, o, d] = points;
+        check(Ray::with_range(o, d, f64::NEG_INFINITY, f64::INFINITY), [a, b, c])?;
+        check(Ray::with_range(o, a, f64::NEG_INFINITY, f64::INFINITY), [a, b, c])?;
+    }
+}
+
 proptest! {
     #![proptest_config(ProptestConfig { cases: 4000, ..ProptestConfig::default() })]
 
@@ -212,9 +275,7 @@ proptest! {
         let shift = Vec3::splat(offset);
         let c = a + (b - a) * f64::from(times);
         let [a, b, c] = [a, b, c].map(|corner| corner * unit + shift);
-        // From zero the next double is denormal, and products with it underflow.
-        let step = |axis: usize| if c[axis] == 0.0 { 0 } else { steps[axis] };
-        let nudged = [0, 1, 2].map(|axis| nudge(c[axis], step(axis)));
+        let nudged = [0, 1, 2].map(|axis| nudge(c[axis], steps[axis]));
         for corners in [[a, b, c], [a, b, Vec3::from(nudged)]] {
             let [p, q, r] = corners.map(exact);
             let normal = cross(&minus(&q, &p), &minus(&r, &p));
@@ -241,12 +302,21 @@ fn ties_of_t_are_rounded_to_even() {
 
 #[test]
 fn directions_with_denormal_components_are_ordinary() {
-    // So near that even the smallest direction reaches it at a t that a double can hold.
-    let near = 1e-20;
-    let corners = [[-1.0, -1.0, near], [1.0, -1.0, near], [0.0, 1.0, near]].map(Vec3::from);
     let tiny = 5e-324;
-    for direction in [[tiny, 0.0, 1.0], [0.0, -tiny, 1.0], [-0.0, 0.0, tiny], [tiny, tiny, tiny]] {
-        check(Ray::new(Vec3::ZERO, direction.into()), corners).expect("agrees with the judge");
+    // The smallest direction reaches the nearer one at a t that a double can hold, and the farther
+    // one beyond all doubles.
+    for z in [1e-20, 1.0] {
+        let corners = [[-1.0, -1.0, z], [1.0, -1.0, z], [0.0, 1.0, z]].map(Vec3::from);
+        for direction in [
+            [tiny, 0.0, 1.0],
+            [0.0, -tiny, 1.0],
+            [-0.0, 0.0, tiny],
+            [tiny, tiny, tiny],
+            [tiny, -tiny, 1e300],
+            [0.0, tiny, f64::MAX],
+        ] {
+            check(Ray::new(Vec3::ZERO, direction.into()), corners).expect("agrees with the judge");
+        }
     }
 }
 

@@ -1,36 +1,41 @@
 //! On which side of an edge a line passes: the sign of a determinant, exactly.
 //!
 //! The filter is that of Shewchuk's `orient3d` (1997, section 4.3): the determinant in doubles,
-//! and an error bound from its permanent. Only where the bound leaves the sign open is it taken
-//! from an expansion, where it is exact.
+//! and an error bound from its permanent. Only where the bound leaves the sign open is it computed
+//! exactly, from the coordinates as given. Different here: the bound covers underflow as well.
 
 use super::double_double::UNIT_ROUNDOFF;
-use super::expansion::Expansion;
+use super::exact::Exact;
 use crate::geometry::Vec3;
 
 /// Bound on the relative error, in terms of the permanent, of a 3 x 3 determinant whose rows are
 /// rounded differences: `errboundA` of `orient3d`. There all three rows are differences, here two.
 const DETERMINANT_ERROR: f64 = (7.0 + 56.0 * UNIT_ROUNDOFF) * UNIT_ROUNDOFF;
 
+/// What underflow may do to an edge function, for directions whose components are below 2^501: a
+/// product of coordinates loses up to 2^-1075, and the permanent may be too small by as much. Six of
+/// them, times the direction, are off by less than 2^-571; the products with the direction lose no
+/// more than 3 * 2^-1075.
+const UNDERFLOW_ERROR: f64 = f64::from_bits((1023 - 570) << 52);
+
 /// A value and how far it may be from the truth.
 #[derive(Clone, Copy, Debug)]
 pub struct Bounded {
     /// The computed value.
     pub value: f64,
-    /// The exact value differs from it by at most this.
+    /// The exact value differs from it by at most this. Where something overflowed, this or the
+    /// value is infinite or NaN, and no sign is certain.
     pub error: f64,
 }
 
 impl Bounded {
-    /// -1, 0 or 1 where the sign is certain.
+    /// -1 or 1 where the sign is certain.
     #[inline(always)]
     pub fn certain_sign(&self) -> Option<i8> {
         if self.value > self.error {
             Some(1)
         } else if self.value < -self.error {
             Some(-1)
-        } else if self.error == 0.0 {
-            Some(0)
         } else {
             None
         }
@@ -38,7 +43,8 @@ impl Bounded {
 }
 
 /// The edge function of the edge from p to q for the line through the origin along `direction`:
-/// `direction . (p x q)`, for corners given relative to the line's origin.
+/// `direction . (p x q)`, for corners given relative to the line's origin, and a direction below
+/// 2^501.
 ///
 /// Swapping p and q changes the sign and nothing else, so two triangles that share an edge see
 /// the same number.
@@ -51,14 +57,14 @@ pub fn edge_function(direction: Vec3, p: Vec3, q: Vec3) -> Bounded {
     let permanent = direction.x.abs() * (yz.abs() + zy.abs())
         + direction.y.abs() * (zx.abs() + xz.abs())
         + direction.z.abs() * (xy.abs() + yx.abs());
-    Bounded { value, error: DETERMINANT_ERROR * permanent }
+    Bounded { value, error: DETERMINANT_ERROR * permanent + UNDERFLOW_ERROR }
 }
 
 /// The same, exactly, from the corners and the origin as given.
 #[cold]
-pub fn exact_edge_function(origin: Vec3, direction: Vec3, p: Vec3, q: Vec3) -> Expansion {
-    let from_origin = |corner: Vec3, axis: usize| Expansion::difference(corner[axis], origin[axis]);
-    let mut sum = Expansion::default();
+pub fn exact_edge_function(origin: Vec3, direction: Vec3, p: Vec3, q: Vec3) -> Exact {
+    let from_origin = |corner: Vec3, axis: usize| Exact::difference(corner[axis], origin[axis]);
+    let mut sum = Exact::default();
     for axis in 0..3 {
         let (next, last) = ((axis + 1) % 3, (axis + 2) % 3);
         let minor = from_origin(p, next)
@@ -81,9 +87,9 @@ pub fn perturbed_sign(direction: Vec3, p: Vec3, q: Vec3) -> i8 {
     (0..3)
         .map(|axis| {
             let (next, last) = ((axis + 1) % 3, (axis + 2) % 3);
-            Expansion::difference(p[next], q[next])
+            Exact::difference(p[next], q[next])
                 .scaled(direction[last])
-                .minus(&Expansion::difference(p[last], q[last]).scaled(direction[next]))
+                .minus(&Exact::difference(p[last], q[last]).scaled(direction[next]))
                 .sign()
         })
         .find(|&sign| sign != 0)

@@ -12,7 +12,7 @@
 
 mod double_double;
 mod edge_function;
-mod expansion;
+mod exact;
 mod frame;
 mod power_of_two;
 mod ray_triangle;

@@ -18,7 +18,7 @@ use super::double_double::{DoubleDouble, UNIT_ROUNDOFF};
 use super::edge_function::{
     Bounded, Orientation, edge_function, exact_edge_function, perturbed_sign,
 };
-use super::expansion::Expansion;
+use super::exact::Exact;
 use super::power_of_two::{exponent_of, scale_by_power_of_two, scale_vector};
 use crate::geometry::{Hit, Ray, Vec3};
 
@@ -27,8 +27,11 @@ use crate::geometry::{Hit, Ray, Vec3};
 pub struct PreparedRay {
     /// Where t is zero.
     pub origin: Vec3,
-    /// The ray's direction times a power of two, largest component in [2^500, 2^501): products
-    /// with denormal components keep all their bits.
+    /// The direction as given, for exact arithmetic.
+    given_direction: Vec3,
+    /// The direction times a power of two, largest component in [2^500, 2^501), so that products
+    /// with tiny coordinates keep all their bits. Where the smallest component would lose some all
+    /// are NaN: then no filter is certain of anything, and everything is decided exactly.
     direction: Vec3,
     /// The scaled direction is 2^t_exponent times the given one, and so is t for the given one.
     t_exponent: i32,
@@ -40,6 +43,7 @@ pub struct PreparedRay {
 
 /// Exponent to which directions are scaled: midway between overflow in a product of a direction
 /// with three coordinates of up to 2^100 each and underflow of the smallest denormal's products.
+/// What overflows or underflows beyond that is not lost, but decided exactly, which takes longer.
 const DIRECTION_EXPONENT: i32 = 500;
 
 impl PreparedRay {
@@ -50,9 +54,12 @@ impl PreparedRay {
             return None;
         }
         let exponent = DIRECTION_EXPONENT - exponent_of(ray.direction.abs().max_element());
-        let direction = scale_vector(ray.direction, exponent);
+        let scaled = scale_vector(ray.direction, exponent);
+        let keeps_all_bits = scale_vector(scaled, -exponent) == ray.direction;
+        let direction = if keeps_all_bits { scaled } else { Vec3::splat(f64::NAN) };
         Some(PreparedRay {
             origin: ray.origin,
+            given_direction: ray.direction,
             direction,
             t_exponent: exponent,
             t_min: ray.t_min,
@@ -76,8 +83,8 @@ pub struct Contact {
 impl PreparedRay {
     /// The contact with the closed triangle, if there is one with t in the ray's range.
     ///
-    /// NaN or infinite corners never hit: every comparison with their edge functions is false,
-    /// and the exact path is not taken for them. Callers keep them out nevertheless.
+    /// NaN or infinite corners never hit: no sign of their edge functions is certain, and the exact
+    /// path refuses them.
     #[inline]
     pub fn meet(&self, corners: [Vec3; 3]) -> Option<Contact> {
         // Take the corners relative to the origin and compute the three edge functions.
@@ -99,22 +106,16 @@ impl PreparedRay {
     }
 
     /// The rest of [`PreparedRay::meet`], for candidates that no certain pair of signs rules out.
-    fn meet_likely(&self, corners: [Vec3; 3], mut edges: [Bounded; 3]) -> Option<Contact> {
-        if !edges.iter().all(|e| e.error.is_finite()) {
+    fn meet_likely(&self, corners: [Vec3; 3], edges: [Bounded; 3]) -> Option<Contact> {
+        if !corners.into_iter().all(Vec3::is_finite) {
             return None;
         }
 
         // Decide the open signs exactly.
         let mut signs = [0i8; 3];
         for i in 0..3 {
-            signs[i] = match edges[i].certain_sign() {
-                Some(sign) => sign,
-                None => {
-                    let exact = self.exact_edge(&corners, i);
-                    edges[i] = Bounded { value: exact.estimate(), error: 0.0 };
-                    exact.sign()
-                }
-            };
+            signs[i] =
+                edges[i].certain_sign().unwrap_or_else(|| self.exact_edge(&corners, i).sign());
         }
         let positive = signs.contains(&1);
         let negative = signs.contains(&-1);
@@ -130,7 +131,9 @@ impl PreparedRay {
 
         let is_crossing = (0..3).all(|i| {
             let sign = match signs[i] {
-                0 => perturbed_sign(self.direction, corners[(i + 1) % 3], corners[(i + 2) % 3]),
+                0 => {
+                    perturbed_sign(self.given_direction, corners[(i + 1) % 3], corners[(i + 2) % 3])
+                }
                 sign => sign,
             };
             sign == if positive { 1 } else { -1 }
@@ -140,8 +143,13 @@ impl PreparedRay {
     }
 
     /// The edge function of the edge opposite to corner `i`.
-    fn exact_edge(&self, corners: &[Vec3; 3], i: usize) -> Expansion {
-        exact_edge_function(self.origin, self.direction, corners[(i + 1) % 3], corners[(i + 2) % 3])
+    fn exact_edge(&self, corners: &[Vec3; 3], i: usize) -> Exact {
+        exact_edge_function(
+            self.origin,
+            self.given_direction,
+            corners[(i + 1) % 3],
+            corners[(i + 2) % 3],
+        )
     }
 
     /// The hit for a contact at `t` with `face`, whose corners these are.
@@ -172,7 +180,8 @@ impl PreparedRay {
             }
         }
         let sum = values[0].plus(values[1]).plus(values[2]);
-        if PLANE_ERROR * permanent <= BARYCENTRIC_ERROR * sum.high.abs() {
+        let error = PLANE_ERROR * permanent + PLANE_UNDERFLOW;
+        if error < BARYCENTRIC_ERROR * sum.high.abs() && sum.high.abs() < QUOTIENT_RANGE.end {
             // A weight of zero may have come out below zero by the error.
             return (
                 values[1].divided_by(sum).high.clamp(0.0, 1.0),
@@ -205,42 +214,46 @@ impl PreparedRay {
             denominator_permanent += normal_permanent * self.direction[axis].abs();
         }
 
-        // Round the quotient if its error leaves no doubt to which double (Ziv's test).
+        // Round the quotient if its error leaves no doubt to which double (Ziv's test), and neither
+        // it nor t is so small or so large that a rounding would be coarser than that. After an
+        // overflow all comparisons fail, with infinities or NaN.
         let quotient = numerator.divided_by(denominator);
-        let relative_error = PLANE_ERROR * (numerator_permanent / numerator.high.abs())
-            + PLANE_ERROR * (denominator_permanent / denominator.high.abs())
+        let reach = oa[0].high.abs().max(oa[1].high.abs()).max(oa[2].high.abs()).max(1.0);
+        let numerator_error = PLANE_ERROR * numerator_permanent + NUMERATOR_UNDERFLOW * reach;
+        let denominator_error = PLANE_ERROR * denominator_permanent + PLANE_UNDERFLOW;
+        let relative_error = numerator_error / numerator.high.abs()
+            + denominator_error / denominator.high.abs()
             + QUOTIENT_ERROR;
         let error = relative_error * quotient.high.abs();
         let lowest = quotient.high + (quotient.low - error);
         let highest = quotient.high + (quotient.low + error);
-        let t = if lowest == highest && relative_error < MAX_RELATIVE_ERROR {
-            lowest
+        let t = scale_by_power_of_two(lowest, self.t_exponent);
+        if lowest == highest
+            && relative_error < MAX_RELATIVE_ERROR
+            && QUOTIENT_RANGE.contains(&lowest.abs())
+            && t.is_normal()
+        {
+            t
         } else {
             self.exact_parameter([a, b, c])
-        };
-        self.unscale(t)
+        }
     }
 
-    /// [`PreparedRay::parameter`] by exact arithmetic, for the scaled direction.
+    /// [`PreparedRay::parameter`] by exact arithmetic; +0 for either zero.
     #[cold]
     fn exact_parameter(&self, [a, b, c]: [&Vec3; 3]) -> f64 {
-        let mut numerator = Expansion::default();
-        let mut denominator = Expansion::default();
+        let mut numerator = Exact::default();
+        let mut denominator = Exact::default();
         for axis in 0..3 {
             let (next, last) = ((axis + 1) % 3, (axis + 2) % 3);
-            let ab = |i: usize| Expansion::difference(b[i], a[i]);
-            let ac = |i: usize| Expansion::difference(c[i], a[i]);
+            let ab = |i: usize| Exact::difference(b[i], a[i]);
+            let ac = |i: usize| Exact::difference(c[i], a[i]);
             let normal = ab(next).times(&ac(last)).minus(&ab(last).times(&ac(next)));
-            let oa = Expansion::difference(a[axis], self.origin[axis]);
+            let oa = Exact::difference(a[axis], self.origin[axis]);
             numerator = numerator.plus(&normal.times(&oa));
-            denominator = denominator.plus(&normal.scaled(self.direction[axis]));
+            denominator = denominator.plus(&normal.scaled(self.given_direction[axis]));
         }
         numerator.quotient(&denominator)
-    }
-
-    /// t for the direction as given, from t for the scaled one; +0 for either zero.
-    fn unscale(&self, t: f64) -> f64 {
-        scale_by_power_of_two(t, self.t_exponent) + 0.0
     }
 }
 
@@ -260,6 +273,20 @@ fn difference(p: &Vec3, q: &Vec3) -> [DoubleDouble; 3] {
 /// and the rounding of the permanent itself, generously rounded up to 64 u^2.
 const PLANE_ERROR: f64 = 64.0 * UNIT_ROUNDOFF * UNIT_ROUNDOFF;
 
+/// What underflow may add to the error of such a sum with a direction below 2^501. Each exact
+/// product of [`two_product`](super::double_double::two_product) may be off by four roundings to
+/// denormals, 2^-1073, and a product of two double-doubles by twice that; so a minor is off by less
+/// than 2^-1070, and times the direction by 2^-569. Three of them and their own products stay below
+/// 2^-567, and the nine of the barycentric sum below 2^-565.
+const PLANE_UNDERFLOW: f64 = f64::from_bits((1023 - 565) << 52);
+
+/// The same for a sum whose last factors are at most 1; larger ones scale it.
+const NUMERATOR_UNDERFLOW: f64 = f64::from_bits(1 << (1074 - 1066));
+
+/// Double-double quotients within this range have both parts clear of underflow and overflow.
+const QUOTIENT_RANGE: std::ops::Range<f64> =
+    f64::from_bits((1023 - 900) << 52)..f64::from_bits((1023 + 900) << 52);
+
 /// Absolute error of barycentric weights: a quarter of a unit in the last place of 1.
 const BARYCENTRIC_ERROR: f64 = UNIT_ROUNDOFF / 2.0;
 
@@ -276,20 +303,20 @@ pub fn is_nearer(hit: &Hit, than: &Hit) -> bool {
     hit.t < than.t || (hit.t == than.t && hit.face < than.face)
 }
 
-/// True if the triangle's corners lie on one line, exactly.
+/// True if the triangle's corners, which are finite, lie on one line, exactly.
 pub fn is_zero_area([a, b, c]: [Vec3; 3]) -> bool {
     // A certain component of the normal in doubles settles nearly every triangle.
     let (ab, ac) = (b - a, c - a);
     let settled = (0..3).any(|axis| {
         let (next, last) = ((axis + 1) % 3, (axis + 2) % 3);
         let (left, right) = (ab[next] * ac[last], ab[last] * ac[next]);
-        (left - right).abs() > MINOR_ERROR * (left.abs() + right.abs())
+        (left - right).abs() > MINOR_ERROR * (left.abs() + right.abs()) + MINOR_UNDERFLOW
     });
     !settled
         && (0..3).all(|axis| {
             let (next, last) = ((axis + 1) % 3, (axis + 2) % 3);
-            let ab = |i: usize| Expansion::difference(b[i], a[i]);
-            let ac = |i: usize| Expansion::difference(c[i], a[i]);
+            let ab = |i: usize| Exact::difference(b[i], a[i]);
+            let ac = |i: usize| Exact::difference(c[i], a[i]);
             ab(next).times(&ac(last)).minus(&ab(last).times(&ac(next))).sign() == 0
         })
 }
@@ -297,3 +324,7 @@ pub fn is_zero_area([a, b, c]: [Vec3; 3]) -> bool {
 /// Relative error, in terms of the permanent, of a 2 x 2 determinant of rounded differences:
 /// `ccwerrboundA` of Shewchuk's `orient2d`.
 const MINOR_ERROR: f64 = (3.0 + 16.0 * UNIT_ROUNDOFF) * UNIT_ROUNDOFF;
+
+/// Two products that underflow are off by 2^-1075 each, and so may be their permanent; the rest is
+/// for the product with [`MINOR_ERROR`], which may underflow too.
+const MINOR_UNDERFLOW: f64 = f64::from_bits(4);

@@ -37,6 +37,10 @@ const SMALLEST_ORIGIN_ERROR: f64 = 1e-30;
 /// interval of at least ±1e120, beyond all hits; one outside of it gets an empty one.
 const STEEPEST: f64 = 1e150;
 
+/// Origins beyond this, in units of the scene, see it under an angle of less than any double's
+/// resolution, and distances to boxes would overflow.
+const FARTHEST_ORIGIN: f64 = 1e150;
+
 /// Relative error of the distance to a plane: subtraction, inverse, product, each one rounding,
 /// doubled since near and far may both be off, and doubled again for the comparison with t, which
 /// is itself rounded.
@@ -48,6 +52,9 @@ impl SlabRay {
         let size = exponent_of(ray.direction.abs().max_element());
         let direction = scale_vector(ray.direction, -size);
         let origin = frame.point(ray.origin);
+        if !(origin.abs().max_element() < FARTHEST_ORIGIN) {
+            return SlabRay::through_everything();
+        }
         let exponent = size + exponent_of(frame.scale());
         let s_min = scale_by_power_of_two(ray.t_min, exponent);
         let mut slab_ray = SlabRay {
@@ -70,9 +77,24 @@ impl SlabRay {
         slab_ray
     }
 
+    /// A ray that meets every box, and each at s = 0: what is tested then decides.
+    fn through_everything() -> SlabRay {
+        SlabRay {
+            near_origin: [0.0; 3],
+            far_origin: [0.0; 3],
+            inverse_direction: [0.0; 3],
+            is_negative: [false; 3],
+            exponent: i32::MAX,
+            s_min: 0.0,
+        }
+    }
+
     /// The largest s at which a box may be entered, for hits with t up to `t_max`.
     #[inline]
     pub fn limit(&self, t_max: f64) -> f64 {
+        if self.exponent == i32::MAX {
+            return f64::INFINITY;
+        }
         widened(scale_by_power_of_two(t_max, self.exponent))
     }
 
