@@ -22,6 +22,8 @@ pub struct SlabRay {
     pub is_negative: [bool; 3],
     exponent: i32,
     s_min: f64,
+    /// The s of the smallest denormal t: no rounding of a denormal t is larger.
+    smallest_s: f64,
 }
 
 /// The origin's relative error: the frame's subtraction, and the two roundings of moving it by
@@ -37,9 +39,9 @@ const SMALLEST_ORIGIN_ERROR: f64 = 1e-30;
 /// interval of at least ±1e120, beyond all hits; one outside of it gets an empty one.
 const STEEPEST: f64 = 1e150;
 
-/// Origins beyond this, in units of the scene, see it under an angle of less than any double's
-/// resolution, and distances to boxes would overflow.
-const FARTHEST_ORIGIN: f64 = 1e150;
+/// Rays from beyond this, in units of the scene, are tested against everything: the bounds above
+/// hold for hits up to 1e111 or so.
+const FARTHEST_ORIGIN: f64 = 1e110;
 
 /// Relative error of the distance to a plane: subtraction, inverse, product, each one rounding,
 /// doubled since near and far may both be off, and doubled again for the comparison with t, which
@@ -56,7 +58,8 @@ impl SlabRay {
             return SlabRay::through_everything();
         }
         let exponent = size + exponent_of(frame.scale());
-        let s_min = scale_by_power_of_two(ray.t_min, exponent);
+        let smallest_s = scale_by_power_of_two(f64::from_bits(1), exponent);
+        let s_min = scale_by_power_of_two(ray.t_min, exponent) - smallest_s;
         let mut slab_ray = SlabRay {
             near_origin: [0.0; 3],
             far_origin: [0.0; 3],
@@ -64,6 +67,7 @@ impl SlabRay {
             is_negative: [false; 3],
             exponent,
             s_min,
+            smallest_s,
         };
         for axis in 0..3 {
             let inverse = (1.0 / direction[axis]).clamp(-STEEPEST, STEEPEST);
@@ -86,6 +90,7 @@ impl SlabRay {
             is_negative: [false; 3],
             exponent: i32::MAX,
             s_min: 0.0,
+            smallest_s: 0.0,
         }
     }
 
@@ -95,7 +100,7 @@ impl SlabRay {
         if self.exponent == i32::MAX {
             return f64::INFINITY;
         }
-        widened(scale_by_power_of_two(t_max, self.exponent))
+        widened(scale_by_power_of_two(t_max, self.exponent)) + self.smallest_s
     }
 
     /// A lower bound for the s at which the ray enters the box, or infinity if it misses it or
