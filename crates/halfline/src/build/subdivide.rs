@@ -12,7 +12,7 @@ use crate::io::advise_huge_pages;
 use crate::mesh::Mesh;
 use crate::numeric::Frame;
 use crate::progress::{Observer, Stage};
-use crate::tree::{BLOCK_SIZE, Bounds, Children, KdTree, LeafCorners, MAX_DEPTH, Node, Split};
+use crate::tree::{BLOCK_SIZE, Bounds, Children, KdTree, LeafBlocks, MAX_DEPTH, Node, Split};
 
 /// Planes are used down to this level only. A kd-tree of 2^30 triangles needs half as many.
 const PLANE_DEPTH: usize = 64;
@@ -60,14 +60,14 @@ pub fn build(mesh: &Mesh, parameters: &BuildParameters, observer: &dyn Observer)
     let mut references = Vec::with_capacity(built.reference_count());
     advise_huge_pages(children.spare_capacity_mut());
     advise_huge_pages(references.spare_capacity_mut());
-    let root = built.append_to(&mut children, &mut references);
-    let corners = LeafCorners::of(mesh, &references);
+    let mut root = built.append_to(&mut children, &mut references);
+    let leaves = LeafBlocks::pack(mesh, &frame, &mut root, &mut children, &references);
     Ok(KdTree {
         frame,
         root,
-        corners,
         children,
-        references,
+        leaves,
+        references: references.len(),
         skipped_zero_area: skipped.zero_area,
         skipped_non_finite: skipped.non_finite,
     })

@@ -13,6 +13,8 @@ pub struct Frame {
     offset: Vec3,
     /// A power of two.
     scale: f64,
+    /// Its inverse.
+    unit: f64,
 }
 
 /// Frame coordinates of the scene are at most this in magnitude.
@@ -25,7 +27,7 @@ impl Frame {
     /// The frame for a scene within `bounds`.
     pub fn around(bounds: &Aabb) -> Frame {
         if bounds.is_empty() {
-            return Frame { offset: Vec3::ZERO, scale: 1.0 };
+            return Frame { offset: Vec3::ZERO, scale: 1.0, unit: 1.0 };
         }
         // Half extents cannot overflow.
         let half = bounds.max * 0.5 - bounds.min * 0.5;
@@ -36,7 +38,7 @@ impl Frame {
         let center = bounds.center();
         let offset = |c: f64| if c.abs() <= unit { 0.0 } else { (c / unit).round() * unit };
         let offset = vec3(offset(center.x), offset(center.y), offset(center.z));
-        Frame { offset, scale: 1.0 / unit }
+        Frame { offset, scale: 1.0 / unit, unit }
     }
 
     /// Lengths in the frame are this times those of the user.
@@ -65,9 +67,10 @@ impl Frame {
         if f64::from(rounded) == scaled && error > 0.0 { rounded.next_up() } else { rounded }
     }
 
-    /// The user's coordinate of a plane of the frame.
+    /// The user's coordinate of a plane of the frame, with one rounding.
+    #[inline(always)]
     pub fn to_user(&self, coordinate: f32, axis: usize) -> f64 {
-        f64::from(coordinate) / self.scale + self.offset[axis]
+        f64::from(coordinate) * self.unit + self.offset[axis]
     }
 }
 

@@ -14,11 +14,13 @@ mod double_double;
 mod edge_function;
 mod exact;
 mod frame;
+mod leaf_filter;
 mod power_of_two;
 mod ray_triangle;
 
 pub use edge_function::Orientation;
 pub use frame::Frame;
+pub use leaf_filter::{CornerLanes, LeafFilter};
 pub use ray_triangle::{Contact, PreparedRay};
 
 pub(crate) use double_double::UNIT_ROUNDOFF;

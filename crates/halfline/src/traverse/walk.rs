@@ -10,7 +10,7 @@ use super::query::Query;
 use super::slab::SlabRay;
 use crate::geometry::Ray;
 use crate::mesh::Mesh;
-use crate::numeric::PreparedRay;
+use crate::numeric::{LeafFilter, PreparedRay};
 use crate::tree::{KdTree, MAX_DEPTH, NodeKind};
 
 /// What casting rays cost.
@@ -52,6 +52,7 @@ pub fn walk<Q: Query>(
         return;
     }
 
+    let filter = LeafFilter::new(ray, &tree.frame, tree.reach());
     let stack = &mut stack.0;
     let mut waiting = 0;
     let mut node = &tree.root;
@@ -80,10 +81,14 @@ pub fn walk<Q: Query>(
             NodeKind::Leaf { first, count } => {
                 counters.leaves += 1;
                 counters.triangles += count;
-                for (i, &face) in tree.faces(first, count).iter().enumerate() {
-                    let corners = tree.corners.get(mesh, first as usize + i, face);
+                let block = &tree.leaves.blocks[first as usize];
+                let mut candidates = filter.candidates(&block.corners) & ((1 << count) - 1);
+                while candidates != 0 {
+                    let lane = candidates.trailing_zeros() as usize;
+                    candidates &= candidates - 1;
+                    let corners = tree.leaves.corners(mesh, &tree.frame, block, lane);
                     if let Some(contact) = prepared.meet(corners) {
-                        query.offer(prepared, &contact, face, corners);
+                        query.offer(prepared, &contact, block.faces[lane], corners);
                     }
                 }
                 if query.is_done() {

@@ -1,12 +1,12 @@
 //! The kd-tree that the engine walks: nodes, the leaves' triangles, statistics.
 
 mod bounds;
-mod leaf_corners;
+mod leaf_block;
 mod node;
 mod statistics;
 
 pub use bounds::Bounds;
-pub use leaf_corners::LeafCorners;
+pub use leaf_block::{LeafBlock, LeafBlocks};
 pub use node::{Children, Node, NodeKind, Split};
 pub use statistics::TreeStatistics;
 
@@ -32,10 +32,10 @@ pub struct KdTree {
     pub root: Node,
     /// All other nodes, as pairs of siblings, depth first.
     pub children: Vec<Children>,
-    /// Face indices; each leaf names a range of them.
-    pub references: Vec<u32>,
-    /// Their corners.
-    pub corners: LeafCorners,
+    /// The triangles of the leaves.
+    pub leaves: LeafBlocks,
+    /// References to triangles, all leaves together.
+    pub references: usize,
     /// Faces left out since their three corners lie on one line.
     pub skipped_zero_area: usize,
     /// Faces left out since a coordinate is NaN or infinite.
@@ -45,12 +45,18 @@ pub struct KdTree {
 impl KdTree {
     /// The faces of a leaf.
     #[inline]
-    pub fn faces(&self, first: u32, count: u32) -> &[u32] {
-        &self.references[first as usize..first as usize + count as usize]
+    pub fn faces(&self, block: u32, count: u32) -> &[u32] {
+        &self.leaves.blocks[block as usize].faces[..count as usize]
     }
 
-    /// Bytes of the nodes, the references and the leaves' corners.
+    /// No frame coordinate of a corner is larger.
+    pub fn reach(&self) -> f32 {
+        let bounds = &self.root.bounds;
+        bounds.min.into_iter().chain(bounds.max).fold(0.0, |reach, x| reach.max(x.abs()))
+    }
+
+    /// Bytes of the nodes and the leaves.
     pub fn bytes(&self) -> usize {
-        size_of_val(&self.children[..]) + size_of_val(&self.references[..]) + self.corners.bytes()
+        size_of_val(&self.children[..]) + size_of_val(&self.leaves.blocks[..])
     }
 }

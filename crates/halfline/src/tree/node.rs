@@ -33,11 +33,11 @@ impl Split {
 /// What a node is.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum NodeKind {
-    /// The faces `references[first..first + count]`.
+    /// Some triangles.
     Leaf {
-        /// Index of the first reference.
+        /// Index of the leaf's block; while the tree is built, of its first reference.
         first: u32,
-        /// Number of references.
+        /// Number of triangles.
         count: u32,
     },
     /// Two children.

@@ -36,7 +36,7 @@ impl KdTree {
     /// Counts through the whole tree. `triangles` is the number of faces of the mesh.
     pub fn statistics(&self, triangles: usize) -> TreeStatistics {
         let mut statistics = TreeStatistics {
-            references: self.references.len(),
+            references: self.references,
             bytes: self.bytes(),
             ..TreeStatistics::default()
         };

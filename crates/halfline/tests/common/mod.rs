@@ -9,7 +9,7 @@ pub use random::Random;
 
 use halfline::mesh::Positions;
 use halfline::numeric::PreparedRay;
-use halfline::tree::{BLOCK_SIZE, Bounds, KdTree, MAX_DEPTH, Node, NodeKind, Split};
+use halfline::tree::{BLOCK_SIZE, Bounds, KdTree, LeafBlock, MAX_DEPTH, Node, NodeKind, Split};
 use halfline::{Mesh, Ray, Vec3};
 
 /// A mesh from triangles that share no vertex.
@@ -279,6 +279,18 @@ fn contains(outer: &Bounds, inner: &Bounds) -> bool {
     inner.is_empty() || (0..3).all(|a| outer.min[a] <= inner.min[a] && inner.max[a] <= outer.max[a])
 }
 
+/// A leaf's corners are the nearest that single precision has.
+fn check_rounding(name: &str, tree: &KdTree, mesh: &Mesh, block: &LeafBlock, lane: usize) {
+    for (number, corner) in mesh.corners(block.faces[lane]).into_iter().enumerate() {
+        let exact = tree.frame.point(corner);
+        for axis in 0..3 {
+            let stored = block.corners[number][axis][lane];
+            assert_eq!(stored, exact[axis] as f32, "{name}: face {}", block.faces[lane]);
+            assert!(stored.abs() <= tree.reach(), "{name}: {stored} out of reach");
+        }
+    }
+}
+
 /// Walks the whole tree and fails unless it is what `tree/` says.
 pub fn check_structure(name: &str, tree: &KdTree, mesh: &Mesh) {
     let mut seen = vec![false; mesh.triangle_count()];
@@ -289,13 +301,12 @@ pub fn check_structure(name: &str, tree: &KdTree, mesh: &Mesh) {
         match node.kind() {
             NodeKind::Leaf { first, count } => {
                 assert!(count as usize <= BLOCK_SIZE, "{name}: a leaf of {count}");
-                for (i, &face) in tree.faces(first, count).iter().enumerate() {
+                let block = &tree.leaves.blocks[first as usize];
+                for (lane, &face) in tree.faces(first, count).iter().enumerate() {
                     seen[face as usize] = true;
-                    assert_eq!(
-                        tree.corners.get(mesh, first as usize + i, face),
-                        mesh.corners(face),
-                        "{name}: corners of face {face}"
-                    );
+                    let corners = tree.leaves.corners(mesh, &tree.frame, block, lane);
+                    assert_eq!(corners, mesh.corners(face), "{name}: corners of face {face}");
+                    check_rounding(name, tree, mesh, block, lane);
                 }
                 referenced += count as usize;
             }
@@ -313,7 +324,7 @@ pub fn check_structure(name: &str, tree: &KdTree, mesh: &Mesh) {
             }
         }
     }
-    assert_eq!(referenced, tree.references.len(), "{name}: every reference in one leaf");
+    assert_eq!(referenced, tree.references, "{name}: every reference in one leaf");
     let missing = seen.iter().filter(|&&seen| !seen).count();
     let skipped = tree.skipped_zero_area + tree.skipped_non_finite;
     assert_eq!(missing, skipped, "{name}: faces without a reference");
