@@ -5,7 +5,7 @@
 //! exactly, from the coordinates as given. Different here: the bound covers underflow as well.
 
 use super::double_double::UNIT_ROUNDOFF;
-use super::exact::Exact;
+use super::exact::{BigFloat, DigitRange, ExactNumber, Expansion};
 use crate::geometry::Vec3;
 
 /// Bound on the relative error, in terms of the permanent, of a 3 x 3 determinant whose rows are
@@ -61,10 +61,9 @@ pub fn edge_function(direction: Vec3, p: Vec3, q: Vec3) -> Bounded {
 }
 
 /// The same, exactly, from the corners and the origin as given.
-#[cold]
-pub fn exact_edge_function(origin: Vec3, direction: Vec3, p: Vec3, q: Vec3) -> Exact {
-    let from_origin = |corner: Vec3, axis: usize| Exact::difference(corner[axis], origin[axis]);
-    let mut sum = Exact::default();
+pub fn exact_edge_function<N: ExactNumber>(origin: Vec3, direction: Vec3, p: Vec3, q: Vec3) -> N {
+    let from_origin = |corner: Vec3, axis: usize| N::difference(corner[axis], origin[axis]);
+    let mut sum = N::default();
     for axis in 0..3 {
         let (next, last) = ((axis + 1) % 3, (axis + 2) % 3);
         let minor = from_origin(p, next)
@@ -73,6 +72,30 @@ pub fn exact_edge_function(origin: Vec3, direction: Vec3, p: Vec3, q: Vec3) -> E
         sum = sum.plus(&minor.scaled(direction[axis]));
     }
     sum
+}
+
+/// The sign of the edge function, exactly.
+#[cold]
+pub fn exact_edge_sign(origin: Vec3, direction: Vec3, p: Vec3, q: Vec3) -> i8 {
+    if is_plainly_zero(direction, p - origin, q - origin) {
+        return 0;
+    }
+    let digits = DigitRange::of(&[origin, p, q]);
+    if DigitRange::suits_expansions(digits, DigitRange::of(&[direction])) {
+        exact_edge_function::<Expansion>(origin, direction, p, q).sign()
+    } else {
+        exact_edge_function::<BigFloat>(origin, direction, p, q).sign()
+    }
+}
+
+/// True if each product in the edge function has a factor of zero, as is common where rays and edges
+/// are parallel to axes. A difference is zero only if it is so exactly.
+fn is_plainly_zero(direction: Vec3, p: Vec3, q: Vec3) -> bool {
+    (0..3).all(|axis| {
+        let (next, last) = ((axis + 1) % 3, (axis + 2) % 3);
+        let is_zero = |i: usize, j: usize| p[i] == 0.0 || q[j] == 0.0;
+        direction[axis] == 0.0 || (is_zero(next, last) && is_zero(last, next))
+    })
 }
 
 /// To which side of an edge that meets the line exactly the line goes when its origin is moved by
@@ -84,16 +107,26 @@ pub fn exact_edge_function(origin: Vec3, direction: Vec3, p: Vec3, q: Vec3) -> E
 /// moved line meets no edge, hence crosses each triangle in its inside or not at all.
 #[cold]
 pub fn perturbed_sign(direction: Vec3, p: Vec3, q: Vec3) -> i8 {
+    let suits = DigitRange::suits_expansions(DigitRange::of(&[p, q]), DigitRange::of(&[direction]));
     (0..3)
         .map(|axis| {
-            let (next, last) = ((axis + 1) % 3, (axis + 2) % 3);
-            Exact::difference(p[next], q[next])
-                .scaled(direction[last])
-                .minus(&Exact::difference(p[last], q[last]).scaled(direction[next]))
-                .sign()
+            if suits {
+                moved::<Expansion>(direction, p, q, axis)
+            } else {
+                moved::<BigFloat>(direction, p, q, axis)
+            }
         })
         .find(|&sign| sign != 0)
         .unwrap_or(0)
+}
+
+/// The sign of one component of `(p - q) x direction`.
+fn moved<N: ExactNumber>(direction: Vec3, p: Vec3, q: Vec3, axis: usize) -> i8 {
+    let (next, last) = ((axis + 1) % 3, (axis + 2) % 3);
+    N::difference(p[next], q[next])
+        .scaled(direction[last])
+        .minus(&N::difference(p[last], q[last]).scaled(direction[next]))
+        .sign()
 }
 
 /// From which side a line meets a triangle.

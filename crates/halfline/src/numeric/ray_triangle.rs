@@ -16,9 +16,9 @@
 
 use super::double_double::{DoubleDouble, UNIT_ROUNDOFF};
 use super::edge_function::{
-    Bounded, Orientation, edge_function, exact_edge_function, perturbed_sign,
+    Bounded, Orientation, edge_function, exact_edge_function, exact_edge_sign, perturbed_sign,
 };
-use super::exact::Exact;
+use super::exact::{BigFloat, DigitRange, ExactNumber, Expansion};
 use super::power_of_two::{exponent_of, scale_by_power_of_two, scale_vector};
 use crate::geometry::{Hit, Ray, Vec3};
 
@@ -68,6 +68,13 @@ impl PreparedRay {
     }
 }
 
+impl PreparedRay {
+    /// The direction, or a positive multiple of it that is handier.
+    fn exact_direction(&self) -> Vec3 {
+        if self.direction.x.is_nan() { self.given_direction } else { self.direction }
+    }
+}
+
 /// How a ray meets a triangle.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Contact {
@@ -114,8 +121,10 @@ impl PreparedRay {
         // Decide the open signs exactly.
         let mut signs = [0i8; 3];
         for i in 0..3 {
-            signs[i] =
-                edges[i].certain_sign().unwrap_or_else(|| self.exact_edge(&corners, i).sign());
+            let (p, q) = (corners[(i + 1) % 3], corners[(i + 2) % 3]);
+            signs[i] = edges[i]
+                .certain_sign()
+                .unwrap_or_else(|| exact_edge_sign(self.origin, self.exact_direction(), p, q));
         }
         let positive = signs.contains(&1);
         let negative = signs.contains(&-1);
@@ -131,25 +140,17 @@ impl PreparedRay {
 
         let is_crossing = (0..3).all(|i| {
             let sign = match signs[i] {
-                0 => {
-                    perturbed_sign(self.given_direction, corners[(i + 1) % 3], corners[(i + 2) % 3])
-                }
+                0 => perturbed_sign(
+                    self.exact_direction(),
+                    corners[(i + 1) % 3],
+                    corners[(i + 2) % 3],
+                ),
                 sign => sign,
             };
             sign == if positive { 1 } else { -1 }
         });
         let orientation = if positive { Orientation::Back } else { Orientation::Front };
         Some(Contact { t, is_crossing, orientation })
-    }
-
-    /// The edge function of the edge opposite to corner `i`.
-    fn exact_edge(&self, corners: &[Vec3; 3], i: usize) -> Exact {
-        exact_edge_function(
-            self.origin,
-            self.given_direction,
-            corners[(i + 1) % 3],
-            corners[(i + 2) % 3],
-        )
     }
 
     /// The hit for a contact at `t` with `face`, whose corners these are.
@@ -188,7 +189,10 @@ impl PreparedRay {
                 values[2].divided_by(sum).high.clamp(0.0, 1.0),
             );
         }
-        let exact = [0, 1, 2].map(|i| self.exact_edge(corners, i));
+        let exact = [0, 1, 2].map(|i| {
+            let (p, q) = (corners[(i + 1) % 3], corners[(i + 2) % 3]);
+            exact_edge_function::<BigFloat>(self.origin, self.given_direction, p, q)
+        });
         let sum = exact[0].plus(&exact[1]).plus(&exact[2]);
         (exact[1].quotient(&sum), exact[2].quotient(&sum))
     }
@@ -242,14 +246,14 @@ impl PreparedRay {
     /// [`PreparedRay::parameter`] by exact arithmetic; +0 for either zero.
     #[cold]
     fn exact_parameter(&self, [a, b, c]: [&Vec3; 3]) -> f64 {
-        let mut numerator = Exact::default();
-        let mut denominator = Exact::default();
+        let mut numerator = BigFloat::default();
+        let mut denominator = BigFloat::default();
         for axis in 0..3 {
             let (next, last) = ((axis + 1) % 3, (axis + 2) % 3);
-            let ab = |i: usize| Exact::difference(b[i], a[i]);
-            let ac = |i: usize| Exact::difference(c[i], a[i]);
+            let ab = |i: usize| BigFloat::difference(b[i], a[i]);
+            let ac = |i: usize| BigFloat::difference(c[i], a[i]);
             let normal = ab(next).times(&ac(last)).minus(&ab(last).times(&ac(next)));
-            let oa = Exact::difference(a[axis], self.origin[axis]);
+            let oa = BigFloat::difference(a[axis], self.origin[axis]);
             numerator = numerator.plus(&normal.times(&oa));
             denominator = denominator.plus(&normal.scaled(self.given_direction[axis]));
         }
@@ -312,13 +316,24 @@ pub fn is_zero_area([a, b, c]: [Vec3; 3]) -> bool {
         let (left, right) = (ab[next] * ac[last], ab[last] * ac[next]);
         (left - right).abs() > MINOR_ERROR * (left.abs() + right.abs()) + MINOR_UNDERFLOW
     });
-    !settled
-        && (0..3).all(|axis| {
-            let (next, last) = ((axis + 1) % 3, (axis + 2) % 3);
-            let ab = |i: usize| Exact::difference(b[i], a[i]);
-            let ac = |i: usize| Exact::difference(c[i], a[i]);
-            ab(next).times(&ac(last)).minus(&ab(last).times(&ac(next))).sign() == 0
-        })
+    if settled {
+        return false;
+    }
+    let digits = DigitRange::of(&[a, b, c]);
+    if DigitRange::suits_expansions(digits, DigitRange::OF_ONE) {
+        is_normal_zero::<Expansion>([a, b, c])
+    } else {
+        is_normal_zero::<BigFloat>([a, b, c])
+    }
+}
+
+fn is_normal_zero<N: ExactNumber>([a, b, c]: [Vec3; 3]) -> bool {
+    (0..3).all(|axis| {
+        let (next, last) = ((axis + 1) % 3, (axis + 2) % 3);
+        let ab = |i: usize| N::difference(b[i], a[i]);
+        let ac = |i: usize| N::difference(c[i], a[i]);
+        ab(next).times(&ac(last)).minus(&ab(last).times(&ac(next))).sign() == 0
+    })
 }
 
 /// Relative error, in terms of the permanent, of a 2 x 2 determinant of rounded differences:

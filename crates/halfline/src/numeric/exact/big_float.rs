@@ -1,30 +1,29 @@
-//! Exact sums, products and quotients of any finite doubles.
+//! BigFloat sums, products and quotients of any finite doubles.
 //!
 //! A finite double is an integer times a power of two, and so are sums and products: big integers
-//! hold them without any rounding, and, other than the expansions of J. R. Shewchuk (1997), whose
-//! errors must not underflow, over the whole range of doubles. It is taken for the few signs that a
-//! bound leaves open, so it is kept short.
+//! hold them without any rounding, whatever their size.
 
 use std::cmp::Ordering;
 
 use smallvec::SmallVec;
 
-use super::power_of_two::scale_by_power_of_two;
+use super::ExactNumber;
+use crate::numeric::power_of_two::scale_by_power_of_two;
 
 /// Binary digits, 64 at a time, the least significant first.
 type Limbs = SmallVec<[u64; 12]>;
 
 /// `± limbs * 2^(64 * exponent)`. Neither the first nor the last limb is zero, so zero has none.
 #[derive(Clone, Debug, Default)]
-pub struct Exact {
+pub struct BigFloat {
     is_negative: bool,
     limbs: Limbs,
     exponent: i32,
 }
 
-impl Exact {
+impl BigFloat {
     /// The value of `x`, which is finite.
-    pub fn from_double(x: f64) -> Exact {
+    pub fn from_double(x: f64) -> BigFloat {
         debug_assert!(x.is_finite());
         let bits = x.to_bits();
         let biased_exponent = (bits >> 52 & 0x7ff) as i32;
@@ -35,21 +34,16 @@ impl Exact {
         };
         let shifted = u128::from(significand) << exponent.rem_euclid(64);
         let limbs = [shifted as u64, (shifted >> 64) as u64];
-        Exact::new(x < 0.0, SmallVec::from_slice(&limbs), exponent.div_euclid(64))
+        BigFloat::new(x < 0.0, SmallVec::from_slice(&limbs), exponent.div_euclid(64))
     }
 
-    /// `a - b`.
-    pub fn difference(a: f64, b: f64) -> Exact {
-        Exact::from_double(a).minus(&Exact::from_double(b))
-    }
-
-    fn new(is_negative: bool, mut limbs: Limbs, exponent: i32) -> Exact {
+    fn new(is_negative: bool, mut limbs: Limbs, exponent: i32) -> BigFloat {
         while limbs.last() == Some(&0) {
             limbs.pop();
         }
         let zeros = limbs.iter().take_while(|&&limb| limb == 0).count();
         limbs.drain(..zeros);
-        Exact { is_negative, limbs, exponent: exponent + zeros as i32 }
+        BigFloat { is_negative, limbs, exponent: exponent + zeros as i32 }
     }
 
     /// The limbs for a smaller `exponent`, the last of at least `length` being zero.
@@ -60,70 +54,9 @@ impl Exact {
         limbs
     }
 
-    /// `self + other`.
-    pub fn plus(&self, other: &Exact) -> Exact {
-        if self.limbs.is_empty() {
-            return other.clone();
-        }
-        if other.limbs.is_empty() {
-            return self.clone();
-        }
-        let exponent = self.exponent.min(other.exponent);
-        let end = |x: &Exact| x.exponent + x.limbs.len() as i32;
-        let length = (end(self).max(end(other)) - exponent) as usize + 1;
-        let mut left = self.aligned(exponent, length);
-        let mut right = other.aligned(exponent, length);
-        if self.is_negative == other.is_negative {
-            add(&mut left, &right);
-            Exact::new(self.is_negative, left, exponent)
-        } else if compare(&left, &right).is_ge() {
-            subtract(&mut left, &right);
-            Exact::new(self.is_negative, left, exponent)
-        } else {
-            subtract(&mut right, &left);
-            Exact::new(other.is_negative, right, exponent)
-        }
-    }
-
-    /// `self - other`.
-    pub fn minus(&self, other: &Exact) -> Exact {
-        let negated = Exact { is_negative: !other.is_negative, ..other.clone() };
-        self.plus(&negated)
-    }
-
-    /// `self * other`.
-    pub fn times(&self, other: &Exact) -> Exact {
-        let mut product = Limbs::from_elem(0, self.limbs.len() + other.limbs.len());
-        for (i, &x) in self.limbs.iter().enumerate() {
-            let mut carry = 0;
-            for (j, &y) in other.limbs.iter().enumerate() {
-                let sum = u128::from(x) * u128::from(y) + u128::from(product[i + j]) + carry;
-                product[i + j] = sum as u64;
-                carry = sum >> 64;
-            }
-            product[i + other.limbs.len()] = carry as u64;
-        }
-        let is_negative = self.is_negative != other.is_negative;
-        Exact::new(is_negative, product, self.exponent + other.exponent)
-    }
-
-    /// `self * factor`.
-    pub fn scaled(&self, factor: f64) -> Exact {
-        self.times(&Exact::from_double(factor))
-    }
-
-    /// -1, 0 or 1.
-    pub fn sign(&self) -> i8 {
-        match (self.limbs.is_empty(), self.is_negative) {
-            (true, _) => 0,
-            (false, true) => -1,
-            (false, false) => 1,
-        }
-    }
-
     /// The double nearest to `self / divisor`, ties to even: infinite beyond the largest double,
     /// and +0 for zero. `divisor` is not zero.
-    pub fn quotient(&self, divisor: &Exact) -> f64 {
+    pub fn quotient(&self, divisor: &BigFloat) -> f64 {
         if self.limbs.is_empty() {
             return 0.0;
         }
@@ -163,6 +96,68 @@ impl Exact {
         }
         let magnitude = scale_by_power_of_two(significand as f64, exponent - digits + 1);
         if self.is_negative == divisor.is_negative { magnitude } else { -magnitude + 0.0 }
+    }
+}
+
+impl ExactNumber for BigFloat {
+    fn difference(a: f64, b: f64) -> Self {
+        BigFloat::from_double(a).minus(&BigFloat::from_double(b))
+    }
+
+    fn plus(&self, other: &Self) -> Self {
+        if self.limbs.is_empty() {
+            return other.clone();
+        }
+        if other.limbs.is_empty() {
+            return self.clone();
+        }
+        let exponent = self.exponent.min(other.exponent);
+        let end = |x: &BigFloat| x.exponent + x.limbs.len() as i32;
+        let length = (end(self).max(end(other)) - exponent) as usize + 1;
+        let mut left = self.aligned(exponent, length);
+        let mut right = other.aligned(exponent, length);
+        if self.is_negative == other.is_negative {
+            add(&mut left, &right);
+            BigFloat::new(self.is_negative, left, exponent)
+        } else if compare(&left, &right).is_ge() {
+            subtract(&mut left, &right);
+            BigFloat::new(self.is_negative, left, exponent)
+        } else {
+            subtract(&mut right, &left);
+            BigFloat::new(other.is_negative, right, exponent)
+        }
+    }
+
+    fn minus(&self, other: &Self) -> Self {
+        let negated = BigFloat { is_negative: !other.is_negative, ..other.clone() };
+        self.plus(&negated)
+    }
+
+    fn times(&self, other: &Self) -> Self {
+        let mut product = Limbs::from_elem(0, self.limbs.len() + other.limbs.len());
+        for (i, &x) in self.limbs.iter().enumerate() {
+            let mut carry = 0;
+            for (j, &y) in other.limbs.iter().enumerate() {
+                let sum = u128::from(x) * u128::from(y) + u128::from(product[i + j]) + carry;
+                product[i + j] = sum as u64;
+                carry = sum >> 64;
+            }
+            product[i + other.limbs.len()] = carry as u64;
+        }
+        let is_negative = self.is_negative != other.is_negative;
+        BigFloat::new(is_negative, product, self.exponent + other.exponent)
+    }
+
+    fn scaled(&self, factor: f64) -> Self {
+        self.times(&BigFloat::from_double(factor))
+    }
+
+    fn sign(&self) -> i8 {
+        match (self.limbs.is_empty(), self.is_negative) {
+            (true, _) => 0,
+            (false, true) => -1,
+            (false, false) => 1,
+        }
     }
 }
 
@@ -237,9 +232,9 @@ mod tests {
         #[test]
         fn signs_of_sums_of_products_are_exact(x in prop::array::uniform6(doubles())) {
             let [a, b, c, d, e, f] = x;
-            let value = Exact::difference(a, b)
-                .times(&Exact::difference(c, d))
-                .minus(&Exact::from_double(e).scaled(f));
+            let value = BigFloat::difference(a, b)
+                .times(&BigFloat::difference(c, d))
+                .minus(&BigFloat::from_double(e).scaled(f));
             let expected = (rational(a) - rational(b)) * (rational(c) - rational(d))
                 - rational(e) * rational(f);
             prop_assert_eq!(i32::from(value.sign()), expected.cmp(&rational(0.0)) as i32);
@@ -251,7 +246,7 @@ mod tests {
         fn quotients_are_the_nearest_doubles(x in prop::array::uniform4(doubles())) {
             let [a, b, c, d] = x;
             prop_assume!(c != 0.0 || d != 0.0);
-            let (dividend, divisor) = (Exact::difference(a, b), Exact::difference(c, d));
+            let (dividend, divisor) = (BigFloat::difference(a, b), BigFloat::difference(c, d));
             prop_assume!(divisor.sign() != 0);
             let found = dividend.quotient(&divisor);
             let exact = (rational(a) - rational(b)) / (rational(c) - rational(d));
@@ -277,10 +272,10 @@ mod tests {
         #[test]
         fn quotients_of_products_are_undone(a in doubles(), b in doubles(), k in -60i32..60) {
             prop_assume!(b != 0.0);
-            let product = Exact::from_double(a).scaled(b).scaled(2f64.powi(k));
-            let expected = Exact::from_double(a).scaled(2f64.powi(k));
-            let expected = expected.quotient(&Exact::from_double(1.0));
-            prop_assert_eq!(product.quotient(&Exact::from_double(b)), expected);
+            let product = BigFloat::from_double(a).scaled(b).scaled(2f64.powi(k));
+            let expected = BigFloat::from_double(a).scaled(2f64.powi(k));
+            let expected = expected.quotient(&BigFloat::from_double(1.0));
+            prop_assert_eq!(product.quotient(&BigFloat::from_double(b)), expected);
         }
     }
 }
