@@ -7,7 +7,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 use common::grid::{LINES, aimed_at, judged, sides, tetrahedra};
 use common::integer::is_inside;
-use common::proof::{prove, ray_budget, report};
+use common::proof::{Share, prove, report};
 use common::{Random, grid_cube, in_single_precision, nudge, soup, sphere};
 use halfline::{Mesh, Ray, Scene, Vec3};
 use proptest::prelude::*;
@@ -91,12 +91,12 @@ fn aimed_ray(surface: &Surface, distance: f64, random: &mut Random) -> Ray {
     Ray::new(origin, direction)
 }
 
-/// Three fifths of all rays: two thirds of these from inside, the others from outside.
+/// Two thirds of the rays from inside, the others from outside.
 #[test]
 fn parity_is_odd_from_inside_and_even_from_outside() {
     const BATCH: usize = 4096;
     let surfaces = surfaces();
-    let batches = (ray_budget() / 5 * 3).div_ceil(BATCH * surfaces.len());
+    let batches = Share::CLOSED_SURFACES.rays().div_ceil(BATCH * surfaces.len());
     let (sent, crossed_again) = (AtomicUsize::new(0), AtomicUsize::new(0));
     for surface in surfaces {
         let scene = Scene::new(surface.mesh.clone()).expect("builds");
@@ -146,7 +146,7 @@ fn parity_counts_the_tetrahedra_around_a_point() {
     });
     prove(
         "engines inside of tetrahedra",
-        ray_budget() / 50,
+        Share(0.005).rays(),
         LINES,
         strategy,
         |(tetrahedra, input)| {

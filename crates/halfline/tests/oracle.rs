@@ -8,7 +8,7 @@ use common::engines::{
     build_variants, by_batch, by_brute_force, by_engine, by_textbook, engine_planes,
     textbook_planes,
 };
-use common::proof::{ray_budget, report};
+use common::proof::{Share, report};
 use common::{Random, meshes, nasty_ray};
 use halfline::progress::Silent;
 use halfline::textbook::{
@@ -16,11 +16,6 @@ use halfline::textbook::{
 };
 use halfline::{Mesh, Ray, Scene, Vec3};
 use rayon::prelude::*;
-
-/// A fifth of all rays.
-fn oracle_budget() -> usize {
-    ray_budget() / 5
-}
 
 /// Casts `rays` nasty rays and compares; `planes` are those to aim at.
 fn compare(
@@ -47,7 +42,7 @@ fn textbook_agrees(rule: &dyn SplittingRule, rule_name: &str) {
             Termination { maximum_depth: 3, few_triangles: 10 },
         ]
     };
-    let rays = (oracle_budget() / 6).div_ceil(meshes.len() * terminations(0).len());
+    let rays = (Share::ORACLE.rays() / 6).div_ceil(meshes.len() * terminations(0).len());
     let mut sent = 0;
     for (seed, (name, mesh)) in meshes.iter().enumerate() {
         for termination in terminations(mesh.triangle_count()) {
@@ -80,7 +75,7 @@ fn textbook_with_surface_area_splits_agrees_with_brute_force() {
 #[test]
 fn engine_agrees_with_brute_force() {
     let (meshes, variants) = (meshes(), build_variants());
-    let rays = (oracle_budget() / 2).div_ceil(meshes.len() * variants.len());
+    let rays = (Share::ORACLE.rays() / 2).div_ceil(meshes.len() * variants.len());
     let mut sent = 0;
     for (seed, (name, mesh)) in meshes.iter().enumerate() {
         for parameters in &variants {

@@ -64,31 +64,38 @@ pub fn in_both_precisions(mesh: &Mesh) -> Vec<Mesh> {
     }
 }
 
-/// What the engines answer wrongly, if anything: brute force, textbook trees of every rule, and the
-/// engine with every variant of the tree, by single rays and by a batch.
-pub fn check_engines(mesh: &Mesh, cases: &[Case]) -> Result<(), String> {
+/// What the engines answer wrongly, if anything: brute force, a textbook tree, and the engine with
+/// every variant of the tree. Precisions, the textbook's rules, and single rays and batches take
+/// turns, and have all met each other after twelve.
+pub fn check_engines(mesh: &Mesh, cases: &[Case], turn: usize) -> Result<(), String> {
     let rays: Vec<Ray> = cases.iter().map(|case| case.ray).collect();
-    for mesh in in_both_precisions(mesh) {
-        let check = |name: &str, answers: Vec<Answers>| {
-            let wrong = cases.iter().zip(answers).find(|(case, a)| !a.are_right(&case.contacts));
-            wrong.map_or(Ok(()), |(case, answers)| {
-                Err(format!("{name}: {answers:#?}\nfor {case:#?}\nin {mesh:?}"))
-            })
+    let meshes = in_both_precisions(mesh);
+    let check = |name: &str, answers: Vec<Answers>| {
+        let wrong = cases.iter().zip(answers).find(|(case, a)| !a.are_right(&case.contacts));
+        wrong.map_or(Ok(()), |(case, answers)| {
+            Err(format!("{name}: {answers:#?}\nfor {case:#?}\nin {mesh:?}"))
+        })
+    };
+
+    let mesh = &meshes[turn % meshes.len()];
+    check("brute force", rays.iter().map(|ray| by_brute_force(mesh, ray)).collect())?;
+
+    let rules: [&dyn SplittingRule; 3] =
+        [&Middle, &ObjectMedian, &SurfaceArea { traversal_cost: 1.0 }];
+    // Deep enough for planes in all places of a coarse grid; each level may double the tree.
+    let termination = Termination { maximum_depth: 5, few_triangles: 1 };
+    let tree = KdTree::init_kd_tree(mesh, rules[turn % 3], &termination);
+    check("textbook", rays.iter().map(|ray| by_textbook(&tree, ray)).collect())?;
+
+    for (i, parameters) in build_variants().iter().enumerate() {
+        let mesh = meshes[(turn + i) % meshes.len()].clone();
+        let scene = Scene::build_with(mesh, parameters, &Silent).expect("builds");
+        let answers = if (turn / 2 + i).is_multiple_of(2) {
+            rays.iter().map(|ray| by_engine(&scene, ray)).collect()
+        } else {
+            by_batch(&scene, &rays)
         };
-        check("brute force", rays.iter().map(|ray| by_brute_force(&mesh, ray)).collect())?;
-        let rules: [&dyn SplittingRule; 3] =
-            [&Middle, &ObjectMedian, &SurfaceArea { traversal_cost: 1.0 }];
-        for rule in rules {
-            let termination = Termination { maximum_depth: 12, few_triangles: 1 };
-            let tree = KdTree::init_kd_tree(&mesh, rule, &termination);
-            check("textbook", rays.iter().map(|ray| by_textbook(&tree, ray)).collect())?;
-        }
-        for parameters in build_variants() {
-            let scene = Scene::build_with(mesh.clone(), &parameters, &Silent).expect("builds");
-            let name = format!("engine, {parameters:?}");
-            check(&name, rays.iter().map(|ray| by_engine(&scene, ray)).collect())?;
-            check(&format!("{name}, batch"), by_batch(&scene, &rays))?;
-        }
+        check(&format!("engine, {parameters:?}, turn {turn}"), answers)?;
     }
     Ok(())
 }

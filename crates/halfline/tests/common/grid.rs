@@ -11,7 +11,7 @@ use super::integer::{GridLine, GridMesh, Point, TETRAHEDRON};
 const STEP: i128 = 12;
 
 /// How many lines each mesh gets.
-pub const LINES: usize = 24;
+pub const LINES: usize = 16;
 
 /// Where a line begins, or what it is aimed at.
 #[derive(Clone, Copy, Debug)]
@@ -182,20 +182,26 @@ pub fn plates() -> impl Strategy<Value = Vec<[Point; 3]>> {
 
 /// Many triangles around one vertex.
 pub fn fans() -> impl Strategy<Value = Vec<[Point; 3]>> {
-    (corner(2), 3..150usize, 0..40i128, 0..8i128).prop_map(|(apex, count, radius, wave)| {
-        let rim = |i: usize| {
-            let angle = (i % count) as f64 / count as f64 * std::f64::consts::TAU;
-            let on_circle = |x: f64| (x * radius as f64).round() as i128 * STEP;
-            [on_circle(angle.cos()), on_circle(angle.sin()), (i % count) as i128 * wave % 5 * STEP]
-        };
-        (0..count).map(|i| [apex, rim(i), rim(i + 1)]).collect()
-    })
+    (corner(2), prop_oneof![7 => 3..30usize, 1 => 30..200usize], 0..40i128, 0..8i128).prop_map(
+        |(apex, count, radius, wave)| {
+            let rim = |i: usize| {
+                let angle = (i % count) as f64 / count as f64 * std::f64::consts::TAU;
+                let on_circle = |x: f64| (x * radius as f64).round() as i128 * STEP;
+                [
+                    on_circle(angle.cos()),
+                    on_circle(angle.sin()),
+                    (i % count) as i128 * wave % 5 * STEP,
+                ]
+            };
+            (0..count).map(|i| [apex, rim(i), rim(i + 1)]).collect()
+        },
+    )
 }
 
 /// Copies of few triangles, their corners in any order: at each point many faces tie.
 pub fn stacks() -> impl Strategy<Value = Vec<[Point; 3]>> {
     let triangles = prop::collection::vec(prop::array::uniform3(corner(2)), 1..4);
-    let copies = prop::collection::vec((0..4usize, 0..6usize), 1..60);
+    let copies = prop::collection::vec((0..4usize, 0..6usize), 1..24);
     (triangles, copies).prop_map(|(triangles, copies)| {
         let orders = [[0, 1, 2], [1, 2, 0], [2, 0, 1], [0, 2, 1], [2, 1, 0], [1, 0, 2]];
         let copy = |(which, order): (usize, usize)| {

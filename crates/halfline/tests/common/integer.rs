@@ -116,8 +116,8 @@ pub fn nearest_quotient(numerator: i128, denominator: i128) -> f64 {
     let (n, d) = (numerator.unsigned_abs(), denominator.unsigned_abs());
     // At least 55 bits: two more than a double has, the last of which tells whether any is left.
     let shift = (55 + n.leading_zeros() as i32 - d.leading_zeros() as i32).max(0);
-    let quotient = ((n << shift) / d) | u128::from((n << shift) % d != 0);
-    let rounded = scaled(quotient as f64, -shift);
+    let (quotient, rest) = ((n << shift) / d, (n << shift) % d);
+    let rounded = scaled((quotient | u128::from(rest > 0)) as f64, -shift);
     if (numerator < 0) == (denominator < 0) { rounded } else { -rounded }
 }
 

@@ -32,6 +32,12 @@ pub fn in_single_precision(mesh: &Mesh) -> Mesh {
     Mesh::new(Positions::F32(positions), mesh.triangles().to_vec()).expect("a valid mesh")
 }
 
+/// The same triangles in double precision.
+pub fn in_double_precision(mesh: &Mesh) -> Mesh {
+    let positions = (0..mesh.positions().len()).map(|i| mesh.positions().get(i).to_array());
+    Mesh::new(Positions::F64(positions.collect()), mesh.triangles().to_vec()).expect("a valid mesh")
+}
+
 /// The surface of the cube [-n, n]^3 in unit squares, each cut in two.
 pub fn grid_cube(n: i32) -> Mesh {
     let mut triangles = Vec::new();

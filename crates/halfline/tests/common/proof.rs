@@ -28,6 +28,24 @@ pub fn report(what: &str, rays: usize) {
     writeln!(std::io::stderr(), "{what}: {grouped} rays, 0 wrong").expect("standard error");
 }
 
+/// A part of all rays.
+#[derive(Clone, Copy, Debug)]
+pub struct Share(pub f64);
+
+impl Share {
+    /// Six tenths: engine alone, at closed surfaces.
+    pub const CLOSED_SURFACES: Share = Share(0.6);
+    /// Two tenths: engine and textbook against brute force.
+    pub const ORACLE: Share = Share(0.2);
+    /// Two tenths: all engines against the integer judge.
+    pub const INTEGERS: Share = Share(0.2);
+
+    /// How many rays that is.
+    pub fn rays(self) -> usize {
+        (ray_budget() as f64 * self.0).ceil() as usize
+    }
+}
+
 /// Sends at least `rays` rays, by meshes with their cases, through all engines, and fails with the
 /// smallest mesh for which one is wrong.
 pub fn prove<S: Strategy>(
@@ -43,10 +61,10 @@ pub fn prove<S: Strategy>(
         failure_persistence: None,
         ..ProptestConfig::default()
     };
-    let proof = TestRunner::new(config).run(&strategy, |value| {
+    let proof = TestRunner::new(config).run(&(strategy, 0..12usize), |(value, turn)| {
         let (mesh, cases) = cases(&value);
         sent.set(sent.get() + cases.len());
-        check_engines(&mesh, &cases).map_err(TestCaseError::fail)
+        check_engines(&mesh, &cases, turn).map_err(TestCaseError::fail)
     });
     if let Err(failure) = proof {
         panic!("{what}: {failure}");
