@@ -51,8 +51,11 @@ fn tetrahedra_through_each_other() {
     prove_on_grid("tetrahedra", tetrahedra().prop_map(|all| sides(&all)));
 }
 
+/// A point with coordinates of 50 bits. The difference of two is exact, so a ray aimed from one at
+/// another, or at the middle between two others, passes through it exactly.
 fn any_point() -> impl Strategy<Value = Vec3> {
-    prop::array::uniform3(-1.0..1.0).prop_map(Vec3::from)
+    let fraction = (-(1i64 << 50)..1i64 << 50).prop_map(|x| x as f64 * 2f64.powi(-50));
+    prop::array::uniform3(fraction).prop_map(Vec3::from)
 }
 
 /// A weight for corners: often zero, so that aimed rays pass through edges and vertices.
@@ -73,7 +76,7 @@ struct Shot {
 }
 
 fn shot() -> impl Strategy<Value = Shot> {
-    let steps = || prop::array::uniform3(-4..=4i32);
+    let steps = || prop_oneof![Just([0; 3]), prop::array::uniform3(-4..=4i32)];
     let weights = prop::array::uniform3(weight());
     (any_point(), 0..100usize, weights, steps(), steps(), range()).prop_map(
         |(origin, face, weights, origin_steps, direction_steps, range)| Shot {
