@@ -1,67 +1,13 @@
 //! The triangle test against exact rational arithmetic that shares no code with it.
 
+mod common;
+
+use common::exact::{cross, crosses, exact, is_front, meeting, minus, nearest_double};
+use common::nudge;
 use halfline::numeric::{Orientation, PreparedRay, is_zero_area};
 use halfline::{Ray, Vec3};
-use num_rational::BigRational;
-use num_traits::{Signed, ToPrimitive, Zero};
+use num_traits::Zero;
 use proptest::prelude::*;
-
-type Q = BigRational;
-type Point = [Q; 3];
-
-fn exact(v: Vec3) -> Point {
-    v.to_array().map(|x| Q::from_float(x).expect("finite"))
-}
-
-fn minus(a: &Point, b: &Point) -> Point {
-    [&a[0] - &b[0], &a[1] - &b[1], &a[2] - &b[2]]
-}
-
-fn cross(a: &Point, b: &Point) -> Point {
-    [&a[1] * &b[2] - &a[2] * &b[1], &a[2] * &b[0] - &a[0] * &b[2], &a[0] * &b[1] - &a[1] * &b[0]]
-}
-
-fn dot(a: &Point, b: &Point) -> Q {
-    &a[0] * &b[0] + &a[1] * &b[1] + &a[2] * &b[2]
-}
-
-/// The exact t, u, v of the line's meeting with the closed triangle: solves
-/// origin + t direction = a + u (b - a) + v (c - a) by Cramer's rule.
-fn judge(ray: &Ray, corners: [Vec3; 3]) -> Option<[Q; 3]> {
-    let (origin, direction) = (exact(ray.origin), exact(ray.direction));
-    let [a, b, c] = corners.map(exact);
-    let (ab, ac, ao) = (minus(&b, &a), minus(&c, &a), minus(&origin, &a));
-    let determinant = -dot(&direction, &cross(&ab, &ac));
-    if determinant.is_zero() {
-        return None;
-    }
-    let t = dot(&ao, &cross(&ab, &ac)) / &determinant;
-    let u = -dot(&direction, &cross(&ao, &ac)) / &determinant;
-    let v = -dot(&direction, &cross(&ab, &ao)) / &determinant;
-    let w = Q::from_integer(1.into()) - &u - &v;
-    (!u.is_negative() && !v.is_negative() && !w.is_negative()).then_some([t, u, v])
-}
-
-/// True if the line crosses the triangle once its origin is moved by the infinitesimal
-/// (e, e^2, e^3). That adds `(e, e^2, e^3) . (p - q) x direction` to the side of the edge from p to
-/// q on which the line passes, so the components of that product decide where the side is zero.
-fn crosses(ray: &Ray, corners: [Vec3; 3]) -> bool {
-    let (origin, direction) = (exact(ray.origin), exact(ray.direction));
-    let corners = corners.map(|corner| minus(&exact(corner), &origin));
-    let sides = [(1, 2), (2, 0), (0, 1)].map(|(i, j)| {
-        let (p, q) = (&corners[i], &corners[j]);
-        let moved = cross(&minus(p, q), &direction);
-        let terms = [dot(&direction, &cross(p, q))].into_iter().chain(moved);
-        terms.map(|term| term.cmp(&Q::zero())).find(|order| order.is_ne())
-    });
-    sides[0].is_some() && sides[0] == sides[1] && sides[1] == sides[2]
-}
-
-/// True if the corners run counter-clockwise for someone who looks along the direction.
-fn is_front(ray: &Ray, corners: [Vec3; 3]) -> bool {
-    let [a, b, c] = corners.map(exact);
-    dot(&exact(ray.direction), &cross(&minus(&b, &a), &minus(&c, &a))).is_negative()
-}
 
 /// Fails unless the test under trial agrees: the same verdict, t to the bit, u and v to 2^-52, the
 /// same side, and the same answer to whether it is a crossing.
@@ -69,7 +15,7 @@ fn check(ray: Ray, corners: [Vec3; 3]) -> Result<(), TestCaseError> {
     let prepared = PreparedRay::new(&ray);
     let found = prepared
         .and_then(|r| r.meet(corners).map(|contact| (contact, r.hit(contact.t, 0, corners))));
-    let expected = judge(&ray, corners).filter(|[t, ..]| {
+    let expected = meeting(&ray, corners).filter(|[t, ..]| {
         // t is compared with the range after rounding, as documented.
         let t = nearest_double(t);
         ray.t_min <= t && t <= ray.t_max && t.is_finite()
@@ -102,34 +48,6 @@ fn check(ray: Ray, corners: [Vec3; 3]) -> Result<(), TestCaseError> {
     Ok(())
 }
 
-/// Round to nearest, ties to even, by bisection over exact comparisons.
-fn nearest_double(value: &Q) -> f64 {
-    if value.is_zero() {
-        return 0.0;
-    }
-    let mut best = value.to_f64().expect("a number");
-    if best.is_infinite() {
-        // What lies less than half a step beyond the largest double is rounded down to it.
-        let limit = Q::from_float(f64::MAX).expect("finite")
-            + Q::from_float(2f64.powi(970)).expect("finite");
-        return if value.abs() < limit { f64::MAX.copysign(best) } else { best };
-    }
-    for _ in 0..4 {
-        for candidate in [best.next_down(), best.next_up()] {
-            if candidate.is_infinite() {
-                continue;
-            }
-            let distance = |x: f64| (Q::from_float(x).expect("finite") - value).abs();
-            let (new, old) = (distance(candidate), distance(best));
-            if new < old || (new == old && candidate.to_bits() & 1 == 0) {
-                best = candidate;
-            }
-        }
-    }
-    // No negative zero, also where a negative value is nearest to zero.
-    best + 0.0
-}
-
 fn grid_point(range: i32) -> impl Strategy<Value = Vec3> {
     (-range..=range, -range..=range, -range..=range)
         .prop_map(|(x, y, z)| Vec3::from([f64::from(x), f64::from(y), f64::from(z)]))
@@ -142,10 +60,6 @@ fn any_point() -> impl Strategy<Value = Vec3> {
 /// A weight for corners: often zero, so that aimed rays pass through edges and vertices.
 fn weight() -> impl Strategy<Value = f64> {
     prop_oneof![Just(0.0), Just(0.5), Just(1.0), 0.0..1.0]
-}
-
-fn nudge(x: f64, steps: i32) -> f64 {
-    (0..steps.abs()).fold(x, |x, _| if steps > 0 { x.next_up() } else { x.next_down() })
 }
 
 proptest! {

@@ -3,66 +3,19 @@
 
 mod common;
 
-use common::{Random, meshes, nasty_ray, ray_budget};
-use halfline::build::BuildParameters;
+use common::contact::Answers;
+use common::engines::{
+    build_variants, by_batch, by_brute_force, by_engine, by_textbook, engine_planes,
+    textbook_planes,
+};
+use common::proof::{Share, report};
+use common::{Random, meshes, nasty_ray};
 use halfline::progress::Silent;
 use halfline::textbook::{
     KdTree, Middle, Node, ObjectMedian, SplittingRule, SurfaceArea, Termination,
 };
-use halfline::tree::{NodeKind, Split};
-use halfline::{Hit, Mesh, Ray, Scene, Vec3, brute_force};
+use halfline::{Mesh, Ray, Scene, Vec3};
 use rayon::prelude::*;
-
-/// The splitting planes of a textbook tree.
-fn textbook_planes(node: &Node, planes: &mut Vec<(usize, f64)>) {
-    if let Node::Inner { splitting_axis, splitting_coordinate, children } = node {
-        planes.push((*splitting_axis, *splitting_coordinate));
-        children.iter().for_each(|child| textbook_planes(child, planes));
-    }
-}
-
-/// The splitting planes and box sides of the engine's tree, in user coordinates.
-fn engine_planes(scene: &Scene) -> Vec<(usize, f64)> {
-    let tree = scene.tree();
-    let mut planes = Vec::new();
-    for node in tree.children.iter().flat_map(|pair| pair.0) {
-        if let NodeKind::Inner { split: Split::Plane { axis, position }, .. } = node.kind() {
-            planes.push((axis, tree.frame.to_user(position, axis)));
-        }
-        for axis in 0..3 {
-            planes.push((axis, tree.frame.to_user(node.bounds.min[axis], axis)));
-            planes.push((axis, tree.frame.to_user(node.bounds.max[axis], axis)));
-        }
-    }
-    planes.retain(|(_, position)| position.is_finite());
-    planes
-}
-
-/// Everything that an engine answers about a ray.
-#[derive(Debug, PartialEq)]
-struct Answers {
-    closest: Hit,
-    any: bool,
-    all: Vec<Hit>,
-}
-
-fn by_brute_force(mesh: &Mesh, ray: &Ray) -> Answers {
-    let mut all = Vec::new();
-    brute_force::all(mesh, ray, &mut all);
-    Answers { closest: brute_force::closest(mesh, ray), any: brute_force::any(mesh, ray), all }
-}
-
-fn by_textbook(tree: &KdTree, ray: &Ray) -> Answers {
-    let mut all = Vec::new();
-    tree.all(ray, &mut all);
-    Answers { closest: tree.ray_tree_intersection(ray), any: tree.any(ray), all }
-}
-
-fn by_engine(scene: &Scene, ray: &Ray) -> Answers {
-    let mut all = Vec::new();
-    scene.all(ray, &mut all);
-    Answers { closest: scene.closest(ray), any: scene.any(ray), all }
-}
 
 /// Casts `rays` nasty rays and compares; `planes` are those to aim at.
 fn compare(
@@ -80,58 +33,60 @@ fn compare(
     });
 }
 
-fn textbook_agrees(rule: &dyn SplittingRule, rule_name: &str, share: usize) {
+fn textbook_agrees(rule: &dyn SplittingRule, rule_name: &str) {
     let meshes = meshes();
-    let rays = ray_budget() / share / meshes.len();
-    for (seed, (name, mesh)) in meshes.iter().enumerate() {
-        let terminations = [
-            Termination::automatic(mesh.triangle_count()),
+    let terminations = |triangles: usize| {
+        [
+            Termination::automatic(triangles),
             Termination { maximum_depth: 12, few_triangles: 1 },
             Termination { maximum_depth: 3, few_triangles: 10 },
-        ];
-        for termination in &terminations {
-            let tree = KdTree::init_kd_tree(mesh, rule, termination);
+        ]
+    };
+    let rays = (Share::ORACLE.rays() / 6).div_ceil(meshes.len() * terminations(0).len());
+    let mut sent = 0;
+    for (seed, (name, mesh)) in meshes.iter().enumerate() {
+        for termination in terminations(mesh.triangle_count()) {
+            let tree = KdTree::init_kd_tree(mesh, rule, &termination);
             let mut planes = Vec::new();
             textbook_planes(tree.root(), &mut planes);
             let name = format!("{name}, {rule_name}, {termination:?}");
-            compare(&name, mesh, &planes, rays / 3, seed as u64, |ray| by_textbook(&tree, ray));
+            compare(&name, mesh, &planes, rays, seed as u64, |ray| by_textbook(&tree, ray));
+            sent += rays;
         }
     }
+    report(&format!("textbook, {rule_name}, against brute force"), sent);
 }
 
 #[test]
 fn textbook_with_middle_splits_agrees_with_brute_force() {
-    textbook_agrees(&Middle, "middle", 6);
+    textbook_agrees(&Middle, "middle");
 }
 
 #[test]
 fn textbook_with_median_splits_agrees_with_brute_force() {
-    textbook_agrees(&ObjectMedian, "median", 6);
+    textbook_agrees(&ObjectMedian, "median");
 }
 
 #[test]
 fn textbook_with_surface_area_splits_agrees_with_brute_force() {
-    textbook_agrees(&SurfaceArea { traversal_cost: 1.0 }, "surface area", 6);
+    textbook_agrees(&SurfaceArea { traversal_cost: 1.0 }, "surface area");
 }
 
 #[test]
 fn engine_agrees_with_brute_force() {
-    let meshes = meshes();
-    // Trees with many planes, with the default, and with none.
-    let parameters = [
-        BuildParameters { last_cell_triangles: 8, spare_references: 8.0 },
-        BuildParameters::default(),
-        BuildParameters { last_cell_triangles: 8, spare_references: 0.0 },
-    ];
-    let rays = ray_budget() / 2 / meshes.len();
+    let (meshes, variants) = (meshes(), build_variants());
+    let rays = (Share::ORACLE.rays() / 2).div_ceil(meshes.len() * variants.len());
+    let mut sent = 0;
     for (seed, (name, mesh)) in meshes.iter().enumerate() {
-        for parameters in &parameters {
+        for parameters in &variants {
             let scene = Scene::build_with(mesh.clone(), parameters, &Silent).expect("builds");
             let planes = engine_planes(&scene);
             let name = format!("{name}, {parameters:?}");
-            compare(&name, mesh, &planes, rays / 3, seed as u64, |ray| by_engine(&scene, ray));
+            compare(&name, mesh, &planes, rays, seed as u64, |ray| by_engine(&scene, ray));
+            sent += rays;
         }
     }
+    report("engine against brute force", sent);
 }
 
 /// The faces in the leaves of a textbook tree.
@@ -159,55 +114,35 @@ fn textbook_trees_hold_each_finite_face_and_no_other() {
     }
 }
 
+/// Whatever the size of a batch, the number of threads, and the order of the rays.
 #[test]
 fn batches_agree_with_single_rays() {
+    let pools = [1, 3].map(|threads| {
+        rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("a pool")
+    });
     for (name, mesh) in meshes() {
         let scene = Scene::new(mesh).expect("builds");
         let planes = engine_planes(&scene);
         let mut random = Random(3);
         let rays: Vec<Ray> =
             (0..3000).map(|_| nasty_ray(scene.mesh(), &planes, &mut random)).collect();
-        let closest: Vec<Hit> = rays.iter().map(|ray| scene.closest(ray)).collect();
-        let any: Vec<bool> = rays.iter().map(|ray| scene.any(ray)).collect();
-        for threads in [1, 3] {
-            let pool =
-                rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("a pool");
-            pool.install(|| {
-                assert_eq!(scene.intersect(&rays), closest, "{name}");
-                assert_eq!(scene.occluded(&rays), any, "{name}");
-                let all = scene.intersect_all(&rays);
-                assert_eq!(all.splits.len(), rays.len() + 1);
-                for (i, ray) in rays.iter().enumerate() {
-                    let mut hits = Vec::new();
-                    scene.all(ray, &mut hits);
-                    assert_eq!(all.hits[all.splits[i]..all.splits[i + 1]], hits, "{name}");
-                }
-            });
-        }
-    }
-}
-
-/// From inside of a closed surface the number of crossings is odd, even along rays through its
-/// vertices and edges.
-#[test]
-fn parity_is_right_from_inside() {
-    for (name, mesh) in
-        meshes().into_iter().filter(|(name, _)| name.contains("sphere") || *name == "grid cube")
-    {
-        let scene = Scene::new(mesh).expect("builds");
-        let center = scene.mesh().bounds().center();
-        let mut odd = 0;
-        for face in 0..scene.mesh().triangle_count() as u32 {
-            let [a, b, _] = scene.mesh().corners(face);
-            for target in [a, a * 0.5 + b * 0.5] {
-                let ray = Ray::new(center, target - center);
-                assert!(scene.closest(&ray).is_hit(), "{name}: {ray:?} leaks");
-                let mut hits = Vec::new();
-                scene.all(&ray, &mut hits);
-                assert_eq!(hits.len() % 2, 1, "{name}: {ray:?} crosses {hits:?}");
-                odd += 1;
+        let single: Vec<Answers> = rays.iter().map(|ray| by_engine(&scene, ray)).collect();
+        for size in [1, 7, 1024, 1025, 3000] {
+            // Small batches cost a task each; the first hundred rays will do.
+            let few = if size < 100 { 100 } else { rays.len() };
+            for pool in &pools {
+                let batches = rays[..few].chunks(size);
+                let answers = pool.install(|| {
+                    batches.flat_map(|batch| by_batch(&scene, batch)).collect::<Vec<_>>()
+                });
+                assert!(answers == single[..few], "{name}, batches of {size}");
             }
         }
-        assert!(odd > 100, "{name}");
+        let mut order: Vec<usize> = (0..rays.len()).collect();
+        order.sort_by_cached_key(|_| random.below(1 << 30));
+        let shuffled: Vec<Ray> = order.iter().map(|&i| rays[i]).collect();
+        let answers = by_batch(&scene, &shuffled);
+        assert!(order.iter().zip(answers).all(|(&i, answer)| answer == single[i]), "{name}");
     }
+    assert!(by_batch(&Scene::new(meshes().remove(0).1).expect("builds"), &[]).is_empty());
 }

@@ -2,6 +2,7 @@
 
 mod common;
 
+use common::engines::build_variants;
 use common::{check_structure, meshes, soup};
 use halfline::build::BuildParameters;
 use halfline::error::Error;
@@ -11,20 +12,12 @@ use halfline::progress::{Observer, Silent};
 use halfline::tree::KdTree;
 use halfline::{Mesh, Ray, Scene, Vec3};
 
-fn parameters() -> [BuildParameters; 3] {
-    [
-        BuildParameters { last_cell_triangles: 8, spare_references: 16.0 },
-        BuildParameters::default(),
-        BuildParameters { last_cell_triangles: 1, spare_references: 0.0 },
-    ]
-}
-
 #[test]
 fn trees_are_what_they_should_be() {
     let generated = [Kind::Scan, Kind::Hall, Kind::Soup, Kind::Terrain, Kind::Tree]
         .map(|kind| (kind.name(), generate(kind, 30_000, 1, &Silent).expect("generates")));
     for (name, mesh) in meshes().into_iter().chain(generated) {
-        for parameters in parameters() {
+        for parameters in build_variants() {
             let scene = Scene::build_with(mesh.clone(), &parameters, &Silent).expect("builds");
             check_structure(name, scene.tree(), &mesh);
             let limit = mesh.triangle_count() as f64 * (1.0 + parameters.spare_references);

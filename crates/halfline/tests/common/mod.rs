@@ -3,6 +3,12 @@
 // Each test program uses a part of it.
 #![allow(dead_code)]
 
+pub mod contact;
+pub mod engines;
+pub mod exact;
+pub mod grid;
+pub mod integer;
+pub mod proof;
 mod random;
 
 pub use random::Random;
@@ -20,10 +26,16 @@ pub fn soup(triangles: impl IntoIterator<Item = [Vec3; 3]>) -> Mesh {
 }
 
 /// The same triangles in single precision, of which trees keep copies.
-fn in_single_precision(mesh: &Mesh) -> Mesh {
+pub fn in_single_precision(mesh: &Mesh) -> Mesh {
     let Positions::F64(positions) = mesh.positions() else { return mesh.clone() };
     let positions = positions.iter().map(|p| p.map(|x| x as f32)).collect();
     Mesh::new(Positions::F32(positions), mesh.triangles().to_vec()).expect("a valid mesh")
+}
+
+/// The same triangles in double precision.
+pub fn in_double_precision(mesh: &Mesh) -> Mesh {
+    let positions = (0..mesh.positions().len()).map(|i| mesh.positions().get(i).to_array());
+    Mesh::new(Positions::F64(positions.collect()), mesh.triangles().to_vec()).expect("a valid mesh")
 }
 
 /// The surface of the cube [-n, n]^3 in unit squares, each cut in two.
@@ -269,10 +281,9 @@ pub fn nasty_ray(mesh: &Mesh, planes: &[(usize, f64)], random: &mut Random) -> R
     }
 }
 
-/// How many rays the oracle tests cast in all; `make test-long` asks for more.
-pub fn ray_budget() -> usize {
-    std::env::var("HALFLINE_TEST_RAYS")
-        .map_or(100_000, |rays| rays.parse().expect("HALFLINE_TEST_RAYS is a number of rays"))
+/// The double that lies `steps` units in the last place above, or below if that is negative.
+pub fn nudge(x: f64, steps: i32) -> f64 {
+    (0..steps.abs()).fold(x, |x, _| if steps > 0 { x.next_up() } else { x.next_down() })
 }
 
 fn contains(outer: &Bounds, inner: &Bounds) -> bool {

@@ -1,0 +1,126 @@
+//! Every engine under trial, and what they answer.
+
+use halfline::build::BuildParameters;
+use halfline::mesh::Positions;
+use halfline::progress::Silent;
+use halfline::textbook::{
+    KdTree, Middle, Node, ObjectMedian, SplittingRule, SurfaceArea, Termination,
+};
+use halfline::tree::{NodeKind, Split};
+use halfline::{Mesh, Ray, Scene, brute_force};
+
+use super::contact::{Answers, Case};
+
+/// How trees are built in the tests: with many planes, as by default, and with none.
+pub fn build_variants() -> Vec<BuildParameters> {
+    vec![
+        BuildParameters { last_cell_triangles: 1, spare_references: 16.0 },
+        BuildParameters::default(),
+        BuildParameters { last_cell_triangles: 8, spare_references: 0.0 },
+    ]
+}
+
+pub fn by_brute_force(mesh: &Mesh, ray: &Ray) -> Answers {
+    let mut all = Vec::new();
+    brute_force::all(mesh, ray, &mut all);
+    Answers { closest: brute_force::closest(mesh, ray), any: brute_force::any(mesh, ray), all }
+}
+
+pub fn by_textbook(tree: &KdTree, ray: &Ray) -> Answers {
+    let mut all = Vec::new();
+    tree.all(ray, &mut all);
+    Answers { closest: tree.ray_tree_intersection(ray), any: tree.any(ray), all }
+}
+
+pub fn by_engine(scene: &Scene, ray: &Ray) -> Answers {
+    let mut all = Vec::new();
+    scene.all(ray, &mut all);
+    Answers { closest: scene.closest(ray), any: scene.any(ray), all }
+}
+
+/// The answers to a batch, ray by ray.
+pub fn by_batch(scene: &Scene, rays: &[Ray]) -> Vec<Answers> {
+    let (closest, any) = (scene.intersect(rays), scene.occluded(rays));
+    let all = scene.intersect_all(rays);
+    assert_eq!(all.splits.len(), rays.len() + 1, "one end for each ray");
+    (0..rays.len())
+        .map(|i| Answers {
+            closest: closest[i],
+            any: any[i],
+            all: all.hits[all.splits[i]..all.splits[i + 1]].to_vec(),
+        })
+        .collect()
+}
+
+/// The mesh, and the same in single precision if that is the same.
+pub fn in_both_precisions(mesh: &Mesh) -> Vec<Mesh> {
+    let Positions::F64(positions) = mesh.positions() else { return vec![mesh.clone()] };
+    match Positions::without_loss(positions.clone()) {
+        Positions::F64(_) => vec![mesh.clone()],
+        single => vec![
+            mesh.clone(),
+            Mesh::new(single, mesh.triangles().to_vec()).expect("as valid as the mesh"),
+        ],
+    }
+}
+
+/// What the engines answer wrongly, if anything: brute force, a textbook tree, and the engine with
+/// every variant of the tree. Precisions, the textbook's rules, and single rays and batches take
+/// turns, and have all met each other after twelve.
+pub fn check_engines(mesh: &Mesh, cases: &[Case], turn: usize) -> Result<(), String> {
+    let rays: Vec<Ray> = cases.iter().map(|case| case.ray).collect();
+    let meshes = in_both_precisions(mesh);
+    let check = |name: &str, answers: Vec<Answers>| {
+        let wrong = cases.iter().zip(answers).find(|(case, a)| !a.are_right(&case.contacts));
+        wrong.map_or(Ok(()), |(case, answers)| {
+            Err(format!("{name}: {answers:#?}\nfor {case:#?}\nin {mesh:?}"))
+        })
+    };
+
+    let mesh = &meshes[turn % meshes.len()];
+    check("brute force", rays.iter().map(|ray| by_brute_force(mesh, ray)).collect())?;
+
+    let rules: [&dyn SplittingRule; 3] =
+        [&Middle, &ObjectMedian, &SurfaceArea { traversal_cost: 1.0 }];
+    // Deep enough for planes in all places of a coarse grid; each level may double the tree.
+    let termination = Termination { maximum_depth: 5, few_triangles: 1 };
+    let tree = KdTree::init_kd_tree(mesh, rules[turn % 3], &termination);
+    check("textbook", rays.iter().map(|ray| by_textbook(&tree, ray)).collect())?;
+
+    for (i, parameters) in build_variants().iter().enumerate() {
+        let mesh = meshes[(turn + i) % meshes.len()].clone();
+        let scene = Scene::build_with(mesh, parameters, &Silent).expect("builds");
+        let answers = if (turn / 2 + i).is_multiple_of(2) {
+            rays.iter().map(|ray| by_engine(&scene, ray)).collect()
+        } else {
+            by_batch(&scene, &rays)
+        };
+        check(&format!("engine, {parameters:?}, turn {turn}"), answers)?;
+    }
+    Ok(())
+}
+
+/// The splitting planes of a textbook tree.
+pub fn textbook_planes(node: &Node, planes: &mut Vec<(usize, f64)>) {
+    if let Node::Inner { splitting_axis, splitting_coordinate, children } = node {
+        planes.push((*splitting_axis, *splitting_coordinate));
+        children.iter().for_each(|child| textbook_planes(child, planes));
+    }
+}
+
+/// The splitting planes and box sides of the engine's tree, in user coordinates.
+pub fn engine_planes(scene: &Scene) -> Vec<(usize, f64)> {
+    let tree = scene.tree();
+    let mut planes = Vec::new();
+    for node in tree.children.iter().flat_map(|pair| pair.0) {
+        if let NodeKind::Inner { split: Split::Plane { axis, position }, .. } = node.kind() {
+            planes.push((axis, tree.frame.to_user(position, axis)));
+        }
+        for axis in 0..3 {
+            planes.push((axis, tree.frame.to_user(node.bounds.min[axis], axis)));
+            planes.push((axis, tree.frame.to_user(node.bounds.max[axis], axis)));
+        }
+    }
+    planes.retain(|(_, position)| position.is_finite());
+    planes
+}
