@@ -48,11 +48,13 @@ pub mod build;
 pub mod error;
 pub mod geometry;
 pub mod io;
+pub mod leaks;
 pub mod mesh;
 pub mod numeric;
 pub mod progress;
 pub mod scene;
 pub mod textbook;
+pub mod topology;
 mod traverse;
 pub mod tree;
 
