@@ -175,19 +175,29 @@ impl LeakReport {
         targets: &[Target],
         observer: &dyn Observer,
     ) -> Result<()> {
-        let mesh = scene.mesh();
-        let rays: Vec<Ray> =
-            targets.iter().map(|target| Ray::new(origin, target.position(mesh) - origin)).collect();
+        let aimed = |target: &Target| Ray::new(origin, target.position(scene.mesh()) - origin);
+        let rays: Vec<Ray> = targets.iter().map(aimed).collect();
+        self.cast_rays(scene, &rays, targets, observer)
+    }
+
+    /// Casts rays, each aimed at the target of its number.
+    fn cast_rays(
+        &mut self,
+        scene: &Scene,
+        rays: &[Ray],
+        targets: &[Target],
+        observer: &dyn Observer,
+    ) -> Result<()> {
         let start = Instant::now();
-        let closest = scene.intersect_observed(&rays, observer)?;
+        let closest = scene.intersect_observed(rays, observer)?;
         self.closest_time += start.elapsed();
         let start = Instant::now();
-        let all = scene.intersect_all_observed(&rays, &Quiet(observer))?;
+        let all = scene.intersect_all_observed(rays, &Quiet(observer))?;
         self.crossings_time += start.elapsed();
 
         for (i, (ray, &target)) in rays.iter().zip(targets).enumerate() {
             let crossings = &all.hits[all.splits[i]..all.splits[i + 1]];
-            let certain = certainly_meets(ray, target, mesh);
+            let certain = certainly_meets(ray, target, scene.mesh());
             let wrong = judge(self.from_inside, certain, &closest[i], crossings);
             self.certain_rays += u64::from(certain);
             self.leaks += u64::from(wrong.leak);

@@ -2,8 +2,8 @@
 
 use super::*;
 use crate::geometry::{Hit, vec3};
-use crate::mesh::{Mesh, Positions};
 use crate::mesh::generate::{Kind, generate};
+use crate::mesh::{Mesh, Positions};
 use crate::progress::Silent;
 use crate::topology::examine;
 
@@ -107,6 +107,36 @@ fn a_sphere_is_aimed_at_from_four_points_inside() {
     // A sphere is crossed once from inside.
     assert_eq!(report.crossings, report.rays);
     assert!(report.certain_rays > report.rays / 2, "{report:?}");
+}
+
+#[test]
+fn every_ray_through_a_hole_is_seen() {
+    let sphere = generate(Kind::Sphere, 1200, 0, &Silent).unwrap();
+    let topology = examine(&sphere, &Silent).unwrap();
+    // Collapse the faces around a vertex, of which the topology does not know.
+    let lost = 77;
+    let mut triangles = sphere.triangles().to_vec();
+    let around: Vec<_> = triangles.iter_mut().filter(|t| t.contains(&lost)).collect();
+    let spokes = around.len() as u64;
+    around.into_iter().for_each(|t| *t = [t[0]; 3]);
+    let holed = Mesh::new(sphere.positions().clone(), triangles).unwrap();
+    // A collapsed face has no middle of an edge to aim at, so aim by the whole one.
+    let scene = Scene::new(holed).unwrap();
+    let mut report = LeakReport { from_inside: true, ..LeakReport::default() };
+    let targets: Vec<Target> = (0..topology.target_count()).map(|i| topology.target(i)).collect();
+    let rays: Vec<Ray> =
+        targets.iter().map(|t| Ray::new(Vec3::ZERO, t.position(&sphere))).collect();
+    report.cast_rays(&scene, &rays, &targets, &Silent).unwrap();
+    // The vertex and the middles of the edges at it are lost; those of the rim are touched.
+    assert_eq!((report.leaks, report.late_hits), (1 + spokes, 0));
+    assert!((1 + spokes..1 + 3 * spokes).contains(&report.wrong_parities), "{report:?}");
+    assert_eq!(report.examples.len(), EXAMPLES);
+    let leaks = report.examples.iter().filter(|e| e.wrong.leak);
+    assert!(leaks.clone().count() > 0 && !report.is_clean());
+    for leak in leaks {
+        assert_eq!((leak.closest_t, leak.crossings), (f64::INFINITY, 0));
+        assert!(!scene.any(&leak.ray));
+    }
 }
 
 #[test]

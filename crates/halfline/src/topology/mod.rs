@@ -10,8 +10,8 @@
 //! 2. [`edges`] puts the edges of all faces side by side and counts how many faces each has.
 //! 3. [`components`] counts the pieces.
 //!
-//! The work is linear in the triangles but for the sorting of vertices and of faces, which are
-//! numbers of 64 bits. Beyond the mesh it holds at most 37 bytes for a triangle and 20 for a vertex
+//! The work is linear in the triangles but for the sorting of vertices and of faces as numbers of
+//! 64 bits, which is also all that cannot be interrupted in between. Beyond the mesh it holds at most 37 bytes for a triangle and 20 for a vertex
 //! at a time, and keeps 4 for an edge and 4 for a place, by which [`leaks`](crate::leaks) aims.
 
 mod components;
