@@ -10,7 +10,7 @@
 //!   the closest hit does not lie behind that. This holds for open surfaces too, where it is all
 //!   that is known; from outside as well as from inside.
 //!
-//! Inside is found by exact parities ([`interior`]), and so that directions are exact, origins lie
+//! Inside is found by exact parities (`interior.rs`), and so that directions are exact, origins lie
 //! on a grid of about a thousandth of the mesh's size.
 
 mod interior;

@@ -3,16 +3,17 @@
 //! Vertices count as one if they lie at the same place, exactly: a file that repeats a vertex for
 //! every triangle describes the same surface as one that does not. On top of places:
 //!
-//! 1. [`faces`] tells what each face is. Those that are not finite, and those with two corners in
+//! 1. `faces.rs` tells what each face is. Those that are not finite, and those with two corners in
 //!    one place, border on nothing and take no part in what follows. A face whose three corners
 //!    are apart but on one line has no area either, yet it may close the gap between a long edge
 //!    and two short ones, and takes part.
-//! 2. [`edges`] puts the edges of all faces side by side and counts how many faces each has.
-//! 3. [`components`] counts the pieces.
+//! 2. `edges.rs` puts the edges of all faces side by side and counts how many faces each has.
+//! 3. `components.rs` counts the pieces.
 //!
 //! The work is linear in the triangles but for the sorting of vertices and of faces as numbers of
-//! 64 bits, which is also all that cannot be interrupted in between. Beyond the mesh it holds at most 37 bytes for a triangle and 20 for a vertex
-//! at a time, and keeps 4 for an edge and 4 for a place, by which [`leaks`](crate::leaks) aims.
+//! 64 bits, which is also all that cannot be interrupted in between. Beyond the mesh it holds at
+//! most 37 bytes for a triangle and 20 for a vertex at a time, and keeps 4 for an edge and 4 for a
+//! place, by which [`leaks`](crate::leaks) aims.
 
 mod components;
 mod edges;
