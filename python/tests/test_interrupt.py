@@ -60,3 +60,13 @@ def test_a_query_can_be_interrupted(halfline: Halfline, judged: Judged, tmp_path
     assert code == 130
     assert seconds < PATIENCE_SECONDS
     assert list(tmp_path.iterdir()) == [rays]
+
+
+def test_a_doctor_can_be_interrupted(halfline: Halfline, tmp_path: Path) -> None:
+    mesh = tmp_path / "sphere.ply"
+    halfline.ok("generate", "sphere", "-n", "400k", "-o", mesh)
+    command: list[str | Path] = [halfline.binary, "doctor", mesh, "--rays", "100M"]
+    code, stderr, seconds = interrupt_after(1.5, command)
+    assert code == 130
+    assert seconds < PATIENCE_SECONDS
+    assert stderr.splitlines()[-1].endswith("interrupted")

@@ -4,13 +4,14 @@ use clap::builder::Styles;
 use clap::builder::styling::AnsiColor;
 use clap::{Parser, Subcommand};
 
-use crate::commands::{generate, info, query, render};
+use crate::commands::{doctor, generate, info, query, render};
 use crate::global_options::GlobalOptions;
 
 const EXAMPLES: &str = "\
 Examples:
   halfline render scan.ply -o scan.png           a picture, framed by itself
   halfline info scan.ply                         what the mesh and its tree are like
+  halfline doctor scan.ply                       whether it is closed, and rays find no gap
   halfline query scan.ply rays.npy -o hits.npz   where a million rays hit
   halfline generate sphere -n 100000 -o s.ply    a mesh to try things on
 
@@ -44,6 +45,8 @@ pub enum Command {
     Render(Box<render::Options>),
     /// Tell what a mesh and its kd-tree are like
     Info(info::Options),
+    /// Find what is wrong with a mesh, and whether rays slip through it
+    Doctor(doctor::Options),
     /// Cast the rays of a NumPy file at a mesh
     Query(query::Options),
     /// Make a mesh to try things on

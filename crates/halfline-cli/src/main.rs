@@ -1,4 +1,4 @@
-//! The halfline command: `render`, `info`, `query`, `generate`.
+//! The halfline command: `render`, `info`, `doctor`, `query`, `generate`.
 //!
 //! Exit codes: 0 done, 1 the input or the work failed (one line on stderr), 2 wrong arguments,
 //! 130 interrupted.
@@ -51,6 +51,7 @@ fn run(arguments: &Arguments) -> Result<(), Failure> {
     match &arguments.command {
         Command::Render(options) => commands::render::run(options, session),
         Command::Info(options) => commands::info::run(options, session),
+        Command::Doctor(options) => commands::doctor::run(options, session),
         Command::Query(options) => commands::query::run(options, session),
         Command::Generate(options) => commands::generate::run(options, session),
     }

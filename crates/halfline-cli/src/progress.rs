@@ -168,6 +168,7 @@ impl Board {
 pub fn name(stage: Stage) -> &'static str {
     match stage {
         Stage::Load => "load",
+        Stage::Examine => "examine",
         Stage::Build => "build",
         Stage::Trace => "trace",
         Stage::Write => "write",

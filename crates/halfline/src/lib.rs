@@ -40,6 +40,9 @@
 //! the same answers are there to judge the engine by, and to be read: [`brute_force`] and the
 //! lecture's kd-tree, [`textbook`].
 //!
+//! [`topology`] tells whether a mesh is closed, and what it suffers from; [`leaks`] casts rays at the
+//! vertices and edges of a closed one, where each must hit.
+//!
 //! Long work reports to a [`progress::Observer`], which may end it. All errors are [`Error`]s,
 //! whose one line names the file or argument, the place and the reason.
 
@@ -48,11 +51,13 @@ pub mod build;
 pub mod error;
 pub mod geometry;
 pub mod io;
+pub mod leaks;
 pub mod mesh;
 pub mod numeric;
 pub mod progress;
 pub mod scene;
 pub mod textbook;
+pub mod topology;
 mod traverse;
 pub mod tree;
 

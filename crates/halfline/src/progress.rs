@@ -7,6 +7,8 @@ use crate::error::{Error, Result};
 pub enum Stage {
     /// Reading a mesh file, or generating a mesh.
     Load,
+    /// Finding how a mesh's triangles hang together.
+    Examine,
     /// Building the kd-tree.
     Build,
     /// Casting rays.

@@ -1,5 +1,6 @@
 //! One file per subcommand: its options, and what it does.
 
+pub mod doctor;
 pub mod generate;
 pub mod info;
 pub mod query;

@@ -9,7 +9,7 @@ fn what_is_not_there_or_no_mesh_is_named() {
     let bench = Bench::new();
     bench.write("noise.ply", "no mesh at all");
     bench.write("mesh.xyz", "1 2 3");
-    for command in ["info", "render -o x.png"] {
+    for command in ["info", "doctor", "render -o x.png"] {
         bench.run(&format!("{command} none.ply")).failed("none.ply", "No such file");
         bench.run(&format!("{command} noise.ply")).failed("noise.ply", "");
         bench.run(&format!("{command} mesh.xyz")).failed("mesh.xyz", "");

@@ -19,7 +19,7 @@ mod hall_chandelier;
 mod hall_structure;
 mod mount;
 mod noise;
-mod random;
+pub(crate) mod random;
 mod rings;
 mod scan;
 mod soup;
