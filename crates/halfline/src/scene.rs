@@ -8,6 +8,8 @@ use crate::geometry::{Hit, Ray};
 use crate::mesh::Mesh;
 use crate::progress::{Observer, Silent};
 use crate::traverse;
+#[cfg(feature = "variants")]
+pub use crate::traverse::PlainCaster;
 pub use crate::traverse::{AllHits, Caster, RayCounters};
 use crate::tree::{KdTree, TreeStatistics};
 
@@ -87,6 +89,12 @@ impl Scene {
     /// True if one ray hits anything.
     pub fn any(&self, ray: &Ray) -> bool {
         self.caster().any(ray)
+    }
+
+    /// The same with a plain triangle test, which leaks: to measure what the exact one costs.
+    #[cfg(feature = "variants")]
+    pub fn plain_caster(&self) -> PlainCaster<'_> {
+        PlainCaster::new(&self.tree, &self.mesh)
     }
 
     /// Appends every crossing of one ray to `hits`, sorted by t and then by face.

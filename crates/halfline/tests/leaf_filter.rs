@@ -15,7 +15,7 @@ fn check(name: &str, scene: &Scene, ray: &Ray) -> [u64; 3] {
     let tree = scene.tree();
     let line = Ray { t_min: f64::NEG_INFINITY, t_max: f64::INFINITY, ..*ray };
     let Some(prepared) = PreparedRay::new(&line) else { return [0; 3] };
-    let filter = LeafFilter::new(&line, &tree.frame, tree.reach());
+    let filter = LeafFilter::new(&line, &tree.frame, tree.reach);
     let mut counts = [0; 3];
     for block in &tree.leaves.blocks {
         let candidates = filter.candidates(&block.corners);

@@ -61,11 +61,14 @@ pub fn build(mesh: &Mesh, parameters: &BuildParameters, observer: &dyn Observer)
     advise_huge_pages(children.spare_capacity_mut());
     advise_huge_pages(references.spare_capacity_mut());
     let mut root = built.append_to(&mut children, &mut references);
+    let corners = root.bounds.min.into_iter().chain(root.bounds.max);
+    let reach = corners.fold(0.0, |reach: f32, x| reach.max(x.abs()));
     let leaves = LeafBlocks::pack(mesh, &frame, &mut root, &mut children, &references);
     Ok(KdTree {
         frame,
         root,
         children,
+        reach,
         leaves,
         references: references.len(),
         skipped_zero_area: skipped.zero_area,

@@ -79,6 +79,21 @@ impl DoubleDouble {
         DoubleDouble { high, low }
     }
 
+    /// Sum; error at most 4 u^2 (|self| + |other|), which is as good for a bound in terms of a
+    /// permanent, and takes half as long (SloppyDWPlusDW).
+    #[inline(always)]
+    pub fn plus_loosely(self, other: DoubleDouble) -> DoubleDouble {
+        let (s_high, s_low) = two_sum(self.high, other.high);
+        let (high, low) = fast_two_sum(s_high, s_low + (self.low + other.low));
+        DoubleDouble { high, low }
+    }
+
+    /// Difference; the error of [`DoubleDouble::plus_loosely`].
+    #[inline(always)]
+    pub fn minus_loosely(self, other: DoubleDouble) -> DoubleDouble {
+        self.plus_loosely(DoubleDouble { high: -other.high, low: -other.low })
+    }
+
     /// Difference; the error of [`DoubleDouble::plus`].
     #[inline(always)]
     pub fn minus(self, other: DoubleDouble) -> DoubleDouble {

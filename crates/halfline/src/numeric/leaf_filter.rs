@@ -14,7 +14,6 @@
 //! `docs/numerics.md` derives the bounds.
 
 use super::frame::Frame;
-use super::power_of_two::{exponent_of, scale_vector};
 use crate::geometry::Ray;
 
 /// Corners of eight triangles, by corner, axis and triangle, in frame coordinates.
@@ -67,9 +66,8 @@ impl LeafFilter {
             2
         };
         let axes = [(last + 1) % 3, (last + 2) % 3, last];
-        let direction = scale_vector(ray.direction, -exponent_of(magnitude[last]));
         let origin = frame.point(ray.origin);
-        let slope = [0, 1].map(|i| direction[axes[i]] / direction[last]);
+        let slope = [0, 1].map(|i| ray.direction[axes[i]] / ray.direction[last]);
         let center = [0, 1].map(|i| origin[axes[i]] - slope[i] * origin[last]);
 
         // Bound the error of a projected corner: a corner is rounded to single precision, and so
@@ -113,7 +111,7 @@ impl LeafFilter {
 
         // Take the edge functions, their least and largest, and the bound on their error.
         let [[ax, ay], [bx, by], [cx, cy]] = &projected;
-        let mut is_missed = [0u32; 8];
+        let mut missed = [0u32; 8];
         for lane in 0..8 {
             let u = cx[lane] * by[lane] - cy[lane] * bx[lane];
             let v = ax[lane] * cy[lane] - ay[lane] * cx[lane];
@@ -125,10 +123,10 @@ impl LeafFilter {
             let least = least(least(u, v), w);
             let largest = largest(largest(u, v), w);
             // False where the bound is infinite or NaN: such triangles stay candidates.
-            is_missed[lane] = u32::from(least < -error) & u32::from(largest > error);
+            let is_certain = (least < -error) & (largest > error);
+            missed[lane] = if is_certain { 1 << lane } else { 0 };
         }
-        let missed = (0..8).fold(0, |bits, lane| bits | is_missed[lane] << lane);
-        !missed & 0xff
+        !missed.into_iter().fold(0, |bits, bit| bits | bit) & 0xff
     }
 }
 

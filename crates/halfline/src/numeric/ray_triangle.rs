@@ -14,13 +14,13 @@
 //!
 //! Closest and any hit use rule 1, all hits and counts rule 2.
 
-use super::double_double::{DoubleDouble, UNIT_ROUNDOFF};
+use super::double_double::{DoubleDouble, UNIT_ROUNDOFF, two_product, two_sum};
 use super::edge_function::{
     Bounded, Orientation, edge_function, exact_edge_function, exact_edge_sign, perturbed_sign,
 };
 use super::exact::{BigFloat, DigitRange, ExactNumber, Expansion};
 use super::power_of_two::{exponent_of, scale_by_power_of_two, scale_vector};
-use crate::geometry::{Hit, Ray, Vec3};
+use crate::geometry::{Hit, Ray, Vec3, vec3};
 
 /// A ray, ready for the triangle test.
 #[derive(Clone, Copy, Debug)]
@@ -155,40 +155,54 @@ impl PreparedRay {
 
     /// The hit for a contact at `t` with `face`, whose corners these are.
     pub fn hit(&self, t: f64, face: u32, corners: [Vec3; 3]) -> Hit {
-        let (u, v) = self.barycentrics(&corners);
+        let (u, v) = self.barycentrics(t, &corners);
         Hit { t, face, u, v }
     }
 
-    /// Weights of the second and third corner in the point where the line meets the triangle,
-    /// to within [`BARYCENTRIC_ERROR`]: shares of the edge functions in their sum.
+    /// Weights of the second and third corner in the point where the line meets the triangle, to
+    /// within [`BARYCENTRIC_ERROR`], given t.
     ///
-    /// The edge functions of [`PreparedRay::meet`] have the right signs, but for a small triangle
-    /// far from the origin nearly all of their bits cancel, so these are double-double.
-    fn barycentrics(&self, corners: &[Vec3; 3]) -> (f64, f64) {
-        let [a, b, c] = corners;
-        let from_origin =
-            [difference(a, &self.origin), difference(b, &self.origin), difference(c, &self.origin)];
-        let mut values = [DoubleDouble { high: 0.0, low: 0.0 }; 3];
-        let mut permanent = 0.0;
-        for i in 0..3 {
-            let (p, q) = (&from_origin[(i + 1) % 3], &from_origin[(i + 2) % 3]);
-            for axis in 0..3 {
-                let (next, last) = ((axis + 1) % 3, (axis + 2) % 3);
-                let (left, right) = (p[next].times(q[last]), p[last].times(q[next]));
-                let minor = left.minus(right);
-                values[i] = values[i].plus(minor.times_double(self.direction[axis]));
-                permanent += (left.high.abs() + right.high.abs()) * self.direction[axis].abs();
-            }
+    /// From far away nearly all bits of the edge functions cancel. So the line is first followed to
+    /// the point at t, in twice the precision; whether that lies in the plane exactly does not
+    /// matter, for it lies on the line. From there plain doubles do for all but slivers and
+    /// triangles seen edge-on.
+    fn barycentrics(&self, t: f64, corners: &[Vec3; 3]) -> (f64, f64) {
+        // Take a point of the line relative to the first corner, and what of it may be wrong.
+        let [a, b, c] = *corners;
+        let (ab, ac) = (b - a, c - a);
+        let mut at = Vec3::ZERO;
+        let mut reach = Vec3::ZERO;
+        for axis in 0..3 {
+            let start = DoubleDouble::difference(self.origin[axis], a[axis]);
+            let (step, step_error) = two_product(t, self.given_direction[axis]);
+            let (sum, sum_error) = two_sum(start.high, step);
+            at[axis] = sum + (sum_error + (start.low + step_error));
+            reach[axis] = at[axis].abs() + POINT_ERROR * (start.high.abs() + step.abs());
         }
-        let sum = values[0].plus(values[1]).plus(values[2]);
-        let error = PLANE_ERROR * permanent + PLANE_UNDERFLOW;
-        if error < BARYCENTRIC_ERROR * sum.high.abs() && sum.high.abs() < QUOTIENT_RANGE.end {
-            // A weight of zero may have come out below zero by the error.
-            return (
-                values[1].divided_by(sum).high.clamp(0.0, 1.0),
-                values[2].divided_by(sum).high.clamp(0.0, 1.0),
-            );
+
+        // Solve for the weights, with the permanents of all three determinants.
+        let direction = self.direction;
+        let (p, p_permanent) = (direction.cross(ac), permanent(direction.abs(), ac.abs()));
+        let (q, q_permanent) = (at.cross(ab), permanent(reach, ab.abs()));
+        let determinant = ab.dot(p);
+        let (u, v) = (at.dot(p) / determinant, direction.dot(q) / determinant);
+        let error = WEIGHT_ERROR
+            * (reach.dot(p_permanent)
+                + direction.abs().dot(q_permanent)
+                + 2.0 * ab.abs().dot(p_permanent));
+        let is_accurate = error < BARYCENTRIC_ERROR * determinant.abs()
+            && WEIGHT_RANGE.contains(&determinant.abs());
+        // A weight of zero may have come out below zero by the error.
+        if is_accurate {
+            (u.clamp(0.0, 1.0), v.clamp(0.0, 1.0))
+        } else {
+            self.exact_barycentrics(corners)
         }
+    }
+
+    /// [`PreparedRay::barycentrics`] by exact arithmetic: shares of the edge functions in their sum.
+    #[cold]
+    fn exact_barycentrics(&self, corners: &[Vec3; 3]) -> (f64, f64) {
         let exact = [0, 1, 2].map(|i| {
             let (p, q) = (corners[(i + 1) % 3], corners[(i + 2) % 3]);
             exact_edge_function::<BigFloat>(self.origin, self.given_direction, p, q)
@@ -202,18 +216,27 @@ impl PreparedRay {
     fn parameter(&self, [a, b, c]: &[Vec3; 3]) -> f64 {
         // Compute numerator and denominator in double-double, and their permanents.
         let (ab, ac, oa) = (difference(b, a), difference(c, a), difference(a, &self.origin));
+        let is_short = are_short(&ab) && are_short(&ac);
         let mut numerator = DoubleDouble { high: 0.0, low: 0.0 };
         let mut denominator = DoubleDouble { high: 0.0, low: 0.0 };
         let mut numerator_permanent = 0.0;
         let mut denominator_permanent = 0.0;
         for axis in 0..3 {
             let (next, last) = ((axis + 1) % 3, (axis + 2) % 3);
-            let left = ab[next].times(ac[last]);
-            let right = ab[last].times(ac[next]);
-            let normal = left.minus(right);
-            let normal_permanent = left.high.abs() + right.high.abs();
-            numerator = numerator.plus(normal.times(oa[axis]));
-            denominator = denominator.plus(normal.times_double(self.direction[axis]));
+            let (normal, normal_permanent);
+            if is_short {
+                let left = ab[next].high * ac[last].high;
+                let right = ab[last].high * ac[next].high;
+                normal = DoubleDouble::difference(left, right);
+                normal_permanent = left.abs() + right.abs();
+            } else {
+                let left = ab[next].times(ac[last]);
+                let right = ab[last].times(ac[next]);
+                normal = left.minus_loosely(right);
+                normal_permanent = left.high.abs() + right.high.abs();
+            }
+            numerator = numerator.plus_loosely(normal.times(oa[axis]));
+            denominator = denominator.plus_loosely(normal.times_double(self.direction[axis]));
             numerator_permanent += normal_permanent * oa[axis].high.abs();
             denominator_permanent += normal_permanent * self.direction[axis].abs();
         }
@@ -272,8 +295,17 @@ fn difference(p: &Vec3, q: &Vec3) -> [DoubleDouble; 3] {
     ]
 }
 
+/// True if products of two such numbers are exact, since each has at most 26 binary digits, as
+/// differences of single-precision numbers of similar size have. Underflow is bounded as always.
+#[inline(always)]
+fn are_short(numbers: &[DoubleDouble; 3]) -> bool {
+    const SURPLUS_DIGITS: u64 = (1 << 27) - 1;
+    let bits = numbers.iter().fold(0, |bits, x| bits | x.high.to_bits());
+    bits & SURPLUS_DIGITS == 0 && numbers.iter().all(|x| x.low == 0.0)
+}
+
 /// Relative error, in terms of its permanent, of a sum of three products of a 2 x 2 minor and one
-/// more factor in double-double: a product (8 u^2), a difference (3), a product (8), two sums (6),
+/// more factor in double-double: a product (8 u^2), a difference (4), a product (8), two sums (8),
 /// and the rounding of the permanent itself, generously rounded up to 64 u^2.
 const PLANE_ERROR: f64 = 64.0 * UNIT_ROUNDOFF * UNIT_ROUNDOFF;
 
@@ -281,8 +313,8 @@ const PLANE_ERROR: f64 = 64.0 * UNIT_ROUNDOFF * UNIT_ROUNDOFF;
 /// product of [`two_product`](super::double_double::two_product) may be off by four roundings to
 /// denormals, 2^-1073, and a product of two double-doubles by twice that; so a minor is off by less
 /// than 2^-1070, and times the direction by 2^-569. Three of them and their own products stay below
-/// 2^-567, and the nine of the barycentric sum below 2^-565.
-const PLANE_UNDERFLOW: f64 = f64::from_bits((1023 - 565) << 52);
+/// 2^-567.
+const PLANE_UNDERFLOW: f64 = f64::from_bits((1023 - 567) << 52);
 
 /// The same for a sum whose last factors are at most 1; larger ones scale it.
 const NUMERATOR_UNDERFLOW: f64 = f64::from_bits(1 << (1074 - 1066));
@@ -291,8 +323,28 @@ const NUMERATOR_UNDERFLOW: f64 = f64::from_bits(1 << (1074 - 1066));
 const QUOTIENT_RANGE: std::ops::Range<f64> =
     f64::from_bits((1023 - 900) << 52)..f64::from_bits((1023 + 900) << 52);
 
-/// Absolute error of barycentric weights: a quarter of a unit in the last place of 1.
-const BARYCENTRIC_ERROR: f64 = UNIT_ROUNDOFF / 2.0;
+/// Absolute error of barycentric weights: 256 units in the last place of 1. Typical is one of them.
+const BARYCENTRIC_ERROR: f64 = 256.0 * UNIT_ROUNDOFF;
+
+/// Error of a coordinate of the point on the line, beyond one rounding of itself, in terms of the
+/// two numbers of which it is the sum: their low parts are at most u of them, and are added with
+/// three roundings. (In units of 1/8 u, since the permanent that it goes into is multiplied by
+/// [`WEIGHT_ERROR`].)
+const POINT_ERROR: f64 = 4.0 * UNIT_ROUNDOFF;
+
+/// Error of the determinants for the weights in terms of their permanents: two factors rounded, two
+/// products, a difference and two sums, seven roundings; one more for second-order terms.
+const WEIGHT_ERROR: f64 = 8.0 * UNIT_ROUNDOFF;
+
+/// Within this range of determinants, for directions below 2^501, what underflows does not matter.
+const WEIGHT_RANGE: std::ops::Range<f64> =
+    f64::from_bits((1023 - 450) << 52)..f64::from_bits((1023 + 900) << 52);
+
+/// What a cross product would be if nothing cancelled, for vectors without negative components.
+#[inline(always)]
+fn permanent(a: Vec3, b: Vec3) -> Vec3 {
+    vec3(a.y * b.z + a.z * b.y, a.z * b.x + a.x * b.z, a.x * b.y + a.y * b.x)
+}
 
 /// Relative error of a double-double quotient, 16 u^2, doubled for the products of small errors.
 const QUOTIENT_ERROR: f64 = 32.0 * UNIT_ROUNDOFF * UNIT_ROUNDOFF;

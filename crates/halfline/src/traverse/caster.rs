@@ -1,5 +1,6 @@
 //! One ray after another.
 
+use super::leaf_test::Watertight;
 use super::query::{AllCrossings, AnyHit, ClosestHit};
 use super::walk::{RayCounters, Stack, walk};
 use crate::geometry::{Hit, Ray};
@@ -31,7 +32,15 @@ impl<'scene> Caster<'scene> {
     pub fn closest_counted(&mut self, ray: &Ray, counters: &mut RayCounters) -> Hit {
         let Some(prepared) = PreparedRay::new(ray) else { return Hit::MISS };
         let mut closest = ClosestHit::default();
-        walk(self.tree, self.mesh, ray, &prepared, &mut closest, &mut self.stack, counters);
+        walk::<Watertight, _>(
+            self.tree,
+            self.mesh,
+            ray,
+            &prepared,
+            &mut closest,
+            &mut self.stack,
+            counters,
+        );
         closest.finish(&prepared, self.mesh)
     }
 
@@ -40,7 +49,15 @@ impl<'scene> Caster<'scene> {
         let Some(prepared) = PreparedRay::new(ray) else { return false };
         let mut any = AnyHit::default();
         let counters = &mut RayCounters::default();
-        walk(self.tree, self.mesh, ray, &prepared, &mut any, &mut self.stack, counters);
+        walk::<Watertight, _>(
+            self.tree,
+            self.mesh,
+            ray,
+            &prepared,
+            &mut any,
+            &mut self.stack,
+            counters,
+        );
         any.found
     }
 
@@ -49,7 +66,15 @@ impl<'scene> Caster<'scene> {
         let Some(prepared) = PreparedRay::new(ray) else { return };
         let mut all = AllCrossings::appending_to(hits);
         let counters = &mut RayCounters::default();
-        walk(self.tree, self.mesh, ray, &prepared, &mut all, &mut self.stack, counters);
+        walk::<Watertight, _>(
+            self.tree,
+            self.mesh,
+            ray,
+            &prepared,
+            &mut all,
+            &mut self.stack,
+            counters,
+        );
         all.finish();
     }
 }

@@ -22,6 +22,12 @@ pub struct ClosestHit {
 }
 
 impl ClosestHit {
+    /// What was found so far, without its barycentrics.
+    #[cfg(feature = "variants")]
+    pub fn nearest(&self) -> Hit {
+        self.nearest
+    }
+
     /// The hit, once the walk is over.
     pub fn finish(self, ray: &PreparedRay, mesh: &Mesh) -> Hit {
         let Hit { t, face, .. } = self.nearest;

@@ -6,11 +6,12 @@
 //! sign still say which child comes first. A hit that lies beyond its cell needs no special case:
 //! it lowers t_max, and what is entered beyond that is dropped when it is popped.
 
+use super::leaf_test::LeafTest;
 use super::query::Query;
 use super::slab::SlabRay;
 use crate::geometry::Ray;
 use crate::mesh::Mesh;
-use crate::numeric::{LeafFilter, PreparedRay};
+use crate::numeric::PreparedRay;
 use crate::tree::{KdTree, MAX_DEPTH, NodeKind};
 
 /// What casting rays cost.
@@ -37,7 +38,7 @@ impl Default for Stack {
 
 /// Shows `query` the contacts of a ray, which was also `prepared`, until nothing more can matter.
 #[inline]
-pub fn walk<Q: Query>(
+pub fn walk<T: LeafTest, Q: Query>(
     tree: &KdTree,
     mesh: &Mesh,
     ray: &Ray,
@@ -52,7 +53,7 @@ pub fn walk<Q: Query>(
         return;
     }
 
-    let filter = LeafFilter::new(ray, &tree.frame, tree.reach());
+    let test = T::new(ray, tree);
     let stack = &mut stack.0;
     let mut waiting = 0;
     let mut node = &tree.root;
@@ -82,15 +83,7 @@ pub fn walk<Q: Query>(
                 counters.leaves += 1;
                 counters.triangles += count;
                 let block = &tree.leaves.blocks[first as usize];
-                let mut candidates = filter.candidates(&block.corners) & ((1 << count) - 1);
-                while candidates != 0 {
-                    let lane = candidates.trailing_zeros() as usize;
-                    candidates &= candidates - 1;
-                    let corners = tree.leaves.corners(mesh, &tree.frame, block, lane);
-                    if let Some(contact) = prepared.meet(corners) {
-                        query.offer(prepared, &contact, block.faces[lane], corners);
-                    }
-                }
+                test.test(tree, mesh, prepared, block, count, query);
                 if query.is_done() {
                     return;
                 }

@@ -41,10 +41,12 @@ impl LeafBlock {
     /// The corners of a triangle in user coordinates, as near as the block knows them.
     #[inline(always)]
     pub fn user_corners(&self, frame: &Frame, lane: usize) -> [Vec3; 3] {
-        [0, 1, 2].map(|number| {
-            let [x, y, z] = &self.corners[number];
+        let [a, b, c] = &self.corners;
+        // Written out, since the compiler leaves array::map a call.
+        let corner = |[x, y, z]: &[[f32; BLOCK_SIZE]; 3]| {
             vec3(frame.to_user(x[lane], 0), frame.to_user(y[lane], 1), frame.to_user(z[lane], 2))
-        })
+        };
+        [corner(a), corner(b), corner(c)]
     }
 
     fn is_exact(&self, mesh: &Mesh, frame: &Frame, count: usize) -> bool {

@@ -32,6 +32,8 @@ pub struct KdTree {
     pub root: Node,
     /// All other nodes, as pairs of siblings, depth first.
     pub children: Vec<Children>,
+    /// No frame coordinate of a corner is larger.
+    pub reach: f32,
     /// The triangles of the leaves.
     pub leaves: LeafBlocks,
     /// References to triangles, all leaves together.
@@ -47,12 +49,6 @@ impl KdTree {
     #[inline]
     pub fn faces(&self, block: u32, count: u32) -> &[u32] {
         &self.leaves.blocks[block as usize].faces[..count as usize]
-    }
-
-    /// No frame coordinate of a corner is larger.
-    pub fn reach(&self) -> f32 {
-        let bounds = &self.root.bounds;
-        bounds.min.into_iter().chain(bounds.max).fold(0.0, |reach, x| reach.max(x.abs()))
     }
 
     /// Bytes of the nodes and the leaves.

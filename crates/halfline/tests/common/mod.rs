@@ -297,7 +297,7 @@ fn check_rounding(name: &str, tree: &KdTree, mesh: &Mesh, block: &LeafBlock, lan
         for axis in 0..3 {
             let stored = block.corners[number][axis][lane];
             assert_eq!(stored, exact[axis] as f32, "{name}: face {}", block.faces[lane]);
-            assert!(stored.abs() <= tree.reach(), "{name}: {stored} out of reach");
+            assert!(stored.abs() <= tree.reach, "{name}: {stored} out of reach");
         }
     }
 }
