@@ -19,7 +19,7 @@ fn broken_documents() {
     for (pointer, value, place, reason) in [
         ("/asset/version", json!("1.0"), "asset", "version \"1.0\" is not supported"),
         ("/asset/version", json!("3.0"), "asset", "version \"3.0\" is not supported"),
-        ("/asset/minVersion", json!("2.1"), "asset", "needs a reader of version \"2.1\""),
+        ("/asset/minVersion", json!("2.1"), "asset", "needs a reader of version `2.1`"),
         (
             "/extensionsRequired",
             json!(["KHR_draco_mesh_compression"]),
