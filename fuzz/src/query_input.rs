@@ -160,9 +160,9 @@ fn step(x: f64, steps: i8, single: bool) -> f64 {
     let steps = steps / 16;
     if single {
         let bits = (x as f32).to_bits() as i32;
-        return f64::from(f32::from_bits((bits + i32::from(steps)) as u32));
+        return f64::from(f32::from_bits(bits.wrapping_add(i32::from(steps)) as u32));
     }
-    f64::from_bits((x.to_bits() as i64 + i64::from(steps)) as u64)
+    f64::from_bits((x.to_bits() as i64).wrapping_add(i64::from(steps)) as u64)
 }
 
 /// A vertex: a new one, one between two earlier ones, or one beside an earlier one.
