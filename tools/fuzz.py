@@ -16,6 +16,7 @@ import re
 import shutil
 import subprocess
 import sys
+import tempfile
 import time
 from dataclasses import dataclass
 from pathlib import Path
@@ -144,11 +145,11 @@ def command_of(target: str, binary: Path, seconds: int, longest: int) -> list[st
     ]
 
 
-def run(wanted: dict[str, Path], seconds: int) -> list[Outcome]:
-    """Runs the targets side by side until the last has ended."""
+def run(wanted: dict[str, Path], seconds: int, scratch: str) -> list[Outcome]:
+    """Runs the targets side by side until the last has ended; their own files go to `scratch`."""
     # The sanitizer remembers freed memory and where it came from; half of the limit is enough.
     sanitizer = "quarantine_size_mb=64:malloc_context_size=8:detect_odr_violation=0"
-    environment = os.environ | {"ASAN_OPTIONS": sanitizer}
+    environment = os.environ | {"ASAN_OPTIONS": sanitizer, "TMPDIR": scratch}
     symbolizer = shutil.which("llvm-symbolizer")
     if symbolizer is not None:
         environment |= {"ASAN_SYMBOLIZER_PATH": symbolizer}
@@ -209,7 +210,9 @@ def main() -> int:
         return 2
     wanted = {target: built[target] for target in arguments.target or built}
     print(f"{len(wanted)} targets, {arguments.seconds} s each, side by side", flush=True)
-    outcomes = run(wanted, arguments.seconds)
+    in_memory = Path("/dev/shm")
+    with tempfile.TemporaryDirectory(dir=in_memory if in_memory.is_dir() else None) as scratch:
+        outcomes = run(wanted, arguments.seconds, scratch)
     print(table(outcomes))
     return 1 if any(outcome.crashes for outcome in outcomes) else 0
 
