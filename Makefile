@@ -23,6 +23,9 @@ LONG_RAYS := 10000000
 help: ## print this list
 	@sed -n 's/^\([a-z-]*\):.*## \(.*\)/\1@\2/p' Makefile | awk -F@ '{ printf "make %-10s %s\n", $$1, $$2 }'
 
+# Seconds that `make fuzz` gives to each target.
+FUZZ_SECONDS := 1800
+
 .PHONY: rust
 rust:
 	@tools/check_rust.sh
@@ -50,10 +53,15 @@ test: rust venv ## run all tests, Rust's and Python's
 test-long: rust ## prove the engines on 10 million rays instead of half a million
 	HALFLINE_TEST_RAYS=$(LONG_RAYS) cargo test --release --locked --workspace
 
+.PHONY: fuzz
+fuzz: ## fuzz readers, build and queries for half an hour (needs nightly Rust, cargo-fuzz)
+	@python=$$(tools/find_python.sh) && "$$python" tools/fuzz.py --seconds $(FUZZ_SECONDS)
+
 .PHONY: lint
 lint: venv ## check format, warnings, reference, import arrows, types
 	@tools/check_rust.sh fmt clippy
 	cargo fmt --all --check
+	cargo fmt --manifest-path fuzz/Cargo.toml --check
 	cargo clippy --locked --workspace --all-targets -- -D warnings -D clippy::undocumented_unsafe_blocks
 	$(DOC)
 	$(VENV)/bin/python tools/import_arrows.py

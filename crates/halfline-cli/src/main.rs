@@ -9,7 +9,6 @@ mod engine;
 mod failure;
 mod global_options;
 mod interrupt;
-mod npy;
 mod npz;
 mod output;
 mod progress;

@@ -9,7 +9,7 @@ use std::path::Path;
 
 use base64::Engine;
 use halfline::error::{Error, Result};
-use halfline::io::{gltf, obj, off};
+use halfline::io::{gltf, obj, off, ply};
 use halfline::mesh::Mesh;
 use halfline::progress::{Observer, Silent};
 use peak_alloc::PeakAlloc;
@@ -207,6 +207,32 @@ fn repetitive() -> Vec<(&'static str, Read, Vec<u8>)> {
     ]
 }
 
+/// What fuzzing found, each once: the messages quoted the file's names without end.
+fn found_by_fuzzing() -> Vec<(&'static str, Read, Vec<u8>)> {
+    let long = "\u{fffd}".repeat(1000);
+    let ply = |encoding: &str, element: &str, count: u32, property: &str, body: &[u8]| {
+        let header = format!(
+            "ply\nformat {encoding} 1.0\nelement vertex 1\nproperty char x\nproperty char y\n\
+             property char z\nelement {element} {count}\n{property}\nend_header\n"
+        );
+        [header.as_bytes(), body].concat()
+    };
+    let (ascii, binary) = ("ascii", "binary_little_endian");
+    let list = format!("property list char char {long}");
+    let version = |key: &str| {
+        let least = if key == "version" { "" } else { r#""version":"2.0","# };
+        format!(r#"{{"asset":{{{least}"{key}":"{long}"}}}}"#).into_bytes()
+    };
+    vec![
+        ("long element, few lines", ply::read, ply(ascii, &long, 1, "property char p", b"0 0 0\n")),
+        ("long element, few bytes", ply::read, ply(binary, &long, 9, "property char p", &[0; 4])),
+        ("long list", ply::read, ply(binary, "face", 1, &list, &[0, 0, 0, 255])),
+        ("long element, bad list", ply::read, ply(binary, &long, 1, &list, &[0, 0, 0, 255])),
+        ("long version", gltf::read, version("version")),
+        ("long least version", gltf::read, version("minVersion")),
+    ]
+}
+
 #[test]
 fn hostile_files_neither_panic_nor_take_much_memory() {
     // The measure itself works.
@@ -231,6 +257,9 @@ fn hostile_files_neither_panic_nor_take_much_memory() {
     }
     for (name, read, content) in repetitive() {
         let _ = assert_modest(name, read, &content);
+    }
+    for (name, read, content) in found_by_fuzzing() {
+        assert!(assert_modest(name, read, &content).is_err(), "{name}");
     }
 
     // Truncate everywhere, and mutate at random.

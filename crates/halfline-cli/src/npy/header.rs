@@ -114,7 +114,7 @@ impl Header {
                 "descr" => dtype = Some(cursor.dtype()?),
                 "fortran_order" => fortran_order = Some(cursor.boolean()?),
                 "shape" => shape = Some(cursor.shape()?),
-                _ => return Err(format!("unknown entry '{}'", key.escape_default())),
+                _ => return Err(format!("unknown entry '{}'", excerpt(&key))),
             }
             if !cursor.accept(b',') {
                 cursor.expect(b'}')?;
@@ -139,10 +139,7 @@ impl Header {
             ">f4" => (true, Number::Float32),
             ">f8" => (true, Number::Float64),
             other => {
-                return Err(format!(
-                    "dtype is '{}', expected float32 or float64",
-                    other.escape_default()
-                ));
+                return Err(format!("dtype is '{}', expected float32 or float64", excerpt(other)));
             }
         };
         match self.shape[..] {
@@ -154,16 +151,26 @@ impl Header {
                 fortran_order: self.fortran_order,
             }),
             _ => {
-                let shape: Vec<_> = self.shape.iter().map(u64::to_string).collect();
-                let comma = if shape.len() == 1 { "," } else { "" };
+                let lengths: Vec<_> = self.shape.iter().map(u64::to_string).collect();
+                let comma = if lengths.len() == 1 { "," } else { "" };
+                let shape = format!("({}{comma})", lengths.join(", "));
                 Err(format!(
-                    "shape is ({}{comma}), expected (n, 6) for origins and directions, or (n, 8) \
-                     with t_min and t_max",
-                    shape.join(", ")
+                    "shape is {}, expected (n, 6) for origins and directions, or (n, 8) with \
+                     t_min and t_max",
+                    excerpt(&shape)
                 ))
             }
         }
     }
+}
+
+/// The beginning of `text`, for an error message, which stays one short line.
+fn excerpt(text: &str) -> String {
+    const MOST_CHARACTERS: usize = 60;
+    let mut characters = text.chars();
+    let start: String = characters.by_ref().take(MOST_CHARACTERS).collect();
+    let rest = if characters.next().is_some() { "..." } else { "" };
+    format!("{}{rest}", start.escape_default())
 }
 
 /// Reads the few Python literals that a header may hold.
@@ -247,7 +254,8 @@ impl Cursor<'_> {
             if digits.is_empty() {
                 return Err(self.wrong("a length"));
             }
-            shape.push(digits.parse().map_err(|_| format!("length {digits} is too large"))?);
+            let length = digits.parse();
+            shape.push(length.map_err(|_| format!("length {} is too large", excerpt(&digits)))?);
             if !self.accept(b',') {
                 self.expect(b')')?;
                 break;
@@ -294,6 +302,23 @@ mod tests {
             ("{'evil': 1}", "unknown entry 'evil'"),
         ] {
             assert_eq!(parse(text), Err(reason.to_string()), "{text}");
+        }
+    }
+
+    /// Found by fuzzing: the header's 10,000 bytes came back as 80,000 characters.
+    #[test]
+    fn long_headers_are_quoted_in_part() {
+        let many = |part: &str| part.repeat(2000);
+        let shape = format!("({})", many("0, "));
+        let number = "9".repeat(1000);
+        for text in [
+            format!("{{'shap{}': 1}}", many("\u{fffd}")),
+            format!("{{'shape': ({number},)}}"),
+            format!("{{'descr': '{}', 'fortran_order': True, 'shape': (1, 6)}}", many("\u{fffd}")),
+            format!("{{'descr': '<f8', 'fortran_order': True, 'shape': {shape}}}"),
+        ] {
+            let reason = parse(&text).and_then(|header| header.layout()).unwrap_err();
+            assert!(reason.len() < 600 && reason.contains("..."), "{reason}");
         }
     }
 

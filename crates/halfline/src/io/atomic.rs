@@ -15,6 +15,10 @@ const BUFFER_BYTES: usize = 1 << 20;
 /// Symbolic links followed from the path to the file, as many as Linux follows.
 const MOST_LINKS: usize = 40;
 
+/// Where the open files of a process have names, whatever names they have elsewhere. Not all of
+/// `/dev`: ordinary files live in `/dev/shm`.
+const OPEN_FILES: [&str; 4] = ["/dev/fd", "/dev/stdout", "/dev/stderr", "/proc"];
+
 /// A file that is written beside its target and takes the target's place at [`commit`].
 ///
 /// Dropped before that, it leaves no trace and the target as it was. A target that is a symbolic
@@ -125,8 +129,7 @@ impl AtomicFile {
 fn resolve(path: &Path) -> std::io::Result<Target> {
     let mut place = path.to_owned();
     for _ in 0..MOST_LINKS {
-        // An open file of this process, under whatever name it may have elsewhere.
-        if place.starts_with("/dev") || place.starts_with("/proc") {
+        if OPEN_FILES.iter().any(|names| place.starts_with(names)) {
             return Ok(Target::Stream(place));
         }
         let metadata = match std::fs::symlink_metadata(&place) {
@@ -380,6 +383,18 @@ mod tests {
             file.commit().unwrap();
             assert!(link.is_symlink());
             assert_eq!(names(folder.path()), ["null"]);
+        }
+
+        #[cfg(target_os = "linux")]
+        #[test]
+        fn shared_memory_is_a_folder_like_others() {
+            let folder = tempfile::tempdir_in("/dev/shm").unwrap();
+            let path = folder.path().join("out");
+            for content in [b"first", b"again"] {
+                write(&path, content).unwrap();
+                assert_eq!(std::fs::read(&path).unwrap(), content);
+            }
+            assert_eq!(names(folder.path()), ["out"]);
         }
 
         #[test]

@@ -17,9 +17,9 @@ fn broken_documents() {
     let index = indexed.indices(5121, &[0, 1, 2]);
     indexed.json["meshes"][0]["primitives"][0]["indices"] = json!(index);
     for (pointer, value, place, reason) in [
-        ("/asset/version", json!("1.0"), "asset", "version \"1.0\" is not supported"),
-        ("/asset/version", json!("3.0"), "asset", "version \"3.0\" is not supported"),
-        ("/asset/minVersion", json!("2.1"), "asset", "needs a reader of version \"2.1\""),
+        ("/asset/version", json!("1.0"), "asset", "version `1.0` is not supported"),
+        ("/asset/version", json!("3.0"), "asset", "version `3.0` is not supported"),
+        ("/asset/minVersion", json!("2.1"), "asset", "needs a reader of version `2.1`"),
         (
             "/extensionsRequired",
             json!(["KHR_draco_mesh_compression"]),

@@ -24,6 +24,7 @@ use std::path::Path;
 use self::buffers::{Buffers, unsupported_extension};
 use self::document::{Document, Preamble};
 use crate::error::{Error, Result};
+use crate::io::lines::{one_line, quoted};
 use crate::mesh::Mesh;
 use crate::progress::{Observer, Stage};
 
@@ -79,24 +80,26 @@ fn parse(path: &Path, json: &[u8]) -> Result<Document> {
         if let Some(end) = reason.rfind(" at line ") {
             reason.truncate(end);
         }
-        Error::format(path, place, super::lines::one_line(&reason))
+        Error::format(path, place, one_line(&reason))
     };
     let json = json.strip_prefix(b"\xef\xbb\xbf").unwrap_or(json);
 
     // The version first: a document of another version may differ in everything else.
     let asset = serde_json::from_slice::<Preamble>(json).map_err(syntax)?.asset;
     if !asset.version.starts_with("2.") {
-        let reason = format!("version {:?} is not supported, only 2.x", asset.version);
+        let version = quoted(asset.version.as_bytes());
+        let reason = format!("version {version} is not supported, only 2.x");
         return Err(Error::format(path, "asset", reason));
     }
     if let Some(version) = asset.min_version.filter(|version| version != "2.0") {
-        let reason = format!("needs a reader of version {version:?}; this one has 2.0");
+        let version = quoted(version.as_bytes());
+        let reason = format!("needs a reader of version {version}; this one has 2.0");
         return Err(Error::format(path, "asset", reason));
     }
     let document = serde_json::from_slice::<Document>(json).map_err(syntax)?;
     match document.extensions_required.iter().find(|e| !KNOWN_EXTENSIONS.contains(&e.as_str())) {
         Some(name) => {
-            let name = super::lines::quoted(name.as_bytes());
+            let name = quoted(name.as_bytes());
             Err(unsupported_extension(path, "extensionsRequired", &name))
         }
         None => Ok(document),

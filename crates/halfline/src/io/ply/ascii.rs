@@ -126,7 +126,7 @@ impl<'a> Body<'a> {
             if last > found {
                 return Err(Error::format(
                     self.path,
-                    format!("{} {}", element.name, found - first),
+                    element.place(found - first),
                     format!("the file ends before it; the header promises {} of it", element.count),
                 ));
             }

@@ -54,12 +54,13 @@ pub fn read<const BIG: bool>(
 fn layout_error(path: &Path, header: &Header, failure: Failure) -> Error {
     match failure {
         Failure::Short { element, record } => {
-            let Element { name, count, .. } = &header.elements[element];
+            let element = &header.elements[element];
+            let count = element.count;
             let reason = format!("the file ends before its end; the header promises {count} of it");
-            Error::format(path, format!("{name} {record}"), reason)
+            Error::format(path, element.place(record), reason)
         }
         Failure::Wrong { element, record, reason } => {
-            Error::format(path, format!("{} {record}", header.elements[element].name), reason)
+            Error::format(path, header.elements[element].place(record), reason)
         }
         Failure::Stopped(error) => error,
     }
@@ -166,7 +167,7 @@ impl<const BIG: bool> Table<'_, BIG> {
     }
 
     fn error(&self, record: usize, reason: String) -> Error {
-        Error::format(self.path, format!("{} {record}", self.element.name), reason)
+        Error::format(self.path, self.element.place(record as u64), reason)
     }
 }
 

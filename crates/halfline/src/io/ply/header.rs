@@ -74,6 +74,11 @@ impl Element {
         u128::from(self.count) * record as u128
     }
 
+    /// Where record `record` is, for an error message.
+    pub fn place(&self, record: u64) -> String {
+        format!("{} {record}", excerpt(self.name.as_bytes()))
+    }
+
     /// True if records take up no place in the file at all.
     pub fn is_void(&self) -> bool {
         self.properties.is_empty()

@@ -11,6 +11,7 @@ use rayon::prelude::*;
 
 use super::header::{Element, Encoding, Header, Kind};
 use crate::error::Error;
+use crate::io::text::excerpt;
 use crate::progress::Observer;
 
 /// Records between two checkpoints, and of one parallel piece of work.
@@ -150,7 +151,8 @@ pub fn walk_record<const BIG: bool>(
                 position += count.size();
                 let length = count.integer::<BIG>(raw);
                 let length = usize::try_from(length).map_err(|_| {
-                    Walk::Wrong(format!("list {} has the count {length}", property.name))
+                    let name = excerpt(property.name.as_bytes());
+                    Walk::Wrong(format!("list {name} has the count {length}"))
                 })?;
                 (length, item.size())
             }

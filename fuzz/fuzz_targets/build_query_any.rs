@@ -1,0 +1,34 @@
+//! The same with any numbers at all: answers may differ where products of coordinates leave the
+//! range of doubles, but nothing may panic or hang.
+
+#![no_main]
+
+use halfline::build::BuildParameters;
+use halfline::progress::Silent;
+use halfline::textbook::{KdTree, Middle, Termination};
+use halfline::{Scene, brute_force};
+use halfline_fuzz::be_single_threaded;
+use halfline_fuzz::query_input::{QueryInput, Range};
+use libfuzzer_sys::fuzz_target;
+
+fuzz_target!(|bytes: &[u8]| {
+    be_single_threaded();
+    let Ok(QueryInput { mesh, rays, choice }) = QueryInput::new(bytes, Range::Whole) else {
+        return;
+    };
+    brute_force::intersect(&mesh, &rays);
+    let termination = Termination { maximum_depth: 7, few_triangles: 2 };
+    let tree = KdTree::init_kd_tree(&mesh, &Middle, &termination);
+    for ray in &rays {
+        tree.ray_tree_intersection(ray);
+        tree.all(ray, &mut Vec::new());
+    }
+    let parameters = BuildParameters {
+        last_cell_triangles: 1 + usize::from(choice >> 4),
+        spare_references: f64::from(choice & 15),
+    };
+    let scene = Scene::build_with(mesh, &parameters, &Silent).expect("builds");
+    scene.intersect(&rays);
+    scene.occluded(&rays);
+    scene.intersect_all(&rays);
+});

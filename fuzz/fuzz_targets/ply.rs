@@ -1,0 +1,9 @@
+//! PLY files.
+
+#![no_main]
+
+use halfline::io::ply;
+use halfline_fuzz::try_reader;
+use libfuzzer_sys::fuzz_target;
+
+fuzz_target!(|content: &[u8]| try_reader(ply::read, "mesh.ply", content));

@@ -1,0 +1,9 @@
+//! STL files.
+
+#![no_main]
+
+use halfline::io::stl;
+use halfline_fuzz::try_reader;
+use libfuzzer_sys::fuzz_target;
+
+fuzz_target!(|content: &[u8]| try_reader(stl::read, "mesh.stl", content));
