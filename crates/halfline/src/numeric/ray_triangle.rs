@@ -170,18 +170,19 @@ impl PreparedRay {
         // Take a point of the line relative to the first corner, and what of it may be wrong.
         let [a, b, c] = *corners;
         let (ab, ac) = (b - a, c - a);
+        let direction = self.direction;
+        let scaled_t = scale_by_power_of_two(t, -self.t_exponent);
         let mut at = Vec3::ZERO;
         let mut reach = Vec3::ZERO;
         for axis in 0..3 {
             let start = DoubleDouble::difference(self.origin[axis], a[axis]);
-            let (step, step_error) = two_product(t, self.given_direction[axis]);
+            let (step, step_error) = two_product(scaled_t, direction[axis]);
             let (sum, sum_error) = two_sum(start.high, step);
             at[axis] = sum + (sum_error + (start.low + step_error));
             reach[axis] = at[axis].abs() + POINT_ERROR * (start.high.abs() + step.abs());
         }
 
         // Solve for the weights, with the permanents of all three determinants.
-        let direction = self.direction;
         let (p, p_permanent) = (direction.cross(ac), permanent(direction.abs(), ac.abs()));
         let (q, q_permanent) = (at.cross(ab), permanent(reach, ab.abs()));
         let determinant = ab.dot(p);
@@ -192,9 +193,9 @@ impl PreparedRay {
                 + 2.0 * ab.abs().dot(p_permanent));
         let is_accurate = error < BARYCENTRIC_ERROR * determinant.abs()
             && WEIGHT_RANGE.contains(&determinant.abs());
-        // A weight of zero may have come out below zero by the error.
+        // A weight of zero may have come out below zero by the error, or as negative zero.
         if is_accurate {
-            (u.clamp(0.0, 1.0), v.clamp(0.0, 1.0))
+            (u.clamp(0.0, 1.0) + 0.0, v.clamp(0.0, 1.0) + 0.0)
         } else {
             self.exact_barycentrics(corners)
         }
