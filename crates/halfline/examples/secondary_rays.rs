@@ -13,7 +13,7 @@ use std::time::Instant;
 
 use halfline::numeric::PreparedRay;
 use halfline::progress::Silent;
-use halfline::{Error, Hit, Ray, Scene, Vec3};
+use halfline::{Aabb, Error, Hit, Ray, Scene, Vec3};
 
 /// Rays from each point: half of them cosine-distributed, half grazing.
 const RAYS_PER_POINT: usize = 16;
@@ -78,11 +78,12 @@ struct Counts {
 fn count(scene: &Scene, wanted: usize) -> halfline::error::Result<Counts> {
     let mut counts = Counts::default();
     let mut random = Random(1);
+    let bounds = scene.mesh().bounds();
     while counts.rays < wanted {
         // Find points on the mesh, and directions from them.
         let left = (wanted - counts.rays).div_ceil(RAYS_PER_POINT);
         let primary: Vec<Ray> =
-            (0..POINTS_PER_BATCH).map(|_| primary_ray(scene, &mut random)).collect();
+            (0..POINTS_PER_BATCH).map(|_| primary_ray(&bounds, &mut random)).collect();
         let hits = scene.intersect(&primary);
         let mut leaving: Vec<(Hit, Vec3)> = Vec::new();
         for (ray, hit) in primary.iter().zip(hits).filter(|(_, hit)| hit.is_hit()).take(left) {
@@ -137,8 +138,7 @@ fn count(scene: &Scene, wanted: usize) -> halfline::error::Result<Counts> {
 }
 
 /// From around the mesh to within its box.
-fn primary_ray(scene: &Scene, random: &mut Random) -> Ray {
-    let bounds = scene.mesh().bounds();
+fn primary_ray(bounds: &Aabb, random: &mut Random) -> Ray {
     let size = bounds.extent().max_element();
     let from = bounds.center() + random.on_sphere() * (2.0 * size);
     let inside = Vec3::from([random.signed(), random.signed(), random.signed()]);
