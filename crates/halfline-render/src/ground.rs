@@ -1,9 +1,9 @@
 //! A plane under the model, met by formula instead of by triangles.
 
 use halfline::geometry::{Aabb, Ray, Vec3};
+use halfline::numeric::SurfacePoint;
 
 use crate::color::{Color, decode_srgb};
-use crate::offset::SurfacePoint;
 use crate::settings::{Ground, GroundSurface, Up};
 
 /// The ground, made ready for rays.

@@ -10,7 +10,6 @@ mod ground;
 mod image;
 mod integrator;
 mod lights;
-mod offset;
 mod optics;
 mod render;
 mod sampling;

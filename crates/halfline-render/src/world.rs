@@ -3,10 +3,10 @@
 use halfline::Scene;
 use halfline::geometry::{Hit, NO_FACE, Ray, Vec3};
 use halfline::mesh::Material;
+use halfline::numeric::SurfacePoint;
 
 use crate::color::Color;
 use crate::ground::GroundPlane;
-use crate::offset::SurfacePoint;
 use crate::smooth_normals::SmoothNormals;
 
 /// The model and the ground.
@@ -78,7 +78,7 @@ impl World<'_> {
             return None;
         }
         let mesh = self.scene.mesh();
-        let at = SurfacePoint::on_triangle(mesh.corners(hit.face), hit.u, hit.v);
+        let at = self.scene.surface_point(&hit);
         let normal = match &self.smooth {
             Some(smooth) => smooth.at(mesh, hit.face, at.normal, hit.u, hit.v),
             None => at.normal,

@@ -6,6 +6,7 @@ use crate::build::{self, BuildParameters};
 use crate::error::Result;
 use crate::geometry::{Hit, Ray};
 use crate::mesh::Mesh;
+use crate::numeric::SurfacePoint;
 use crate::progress::{Observer, Silent};
 use crate::traverse;
 #[cfg(feature = "variants")]
@@ -140,6 +141,17 @@ impl Scene {
     /// [`Error::Interrupted`](crate::Error::Interrupted).
     pub fn intersect_all_observed(&self, rays: &[Ray], observer: &dyn Observer) -> Result<AllHits> {
         traverse::intersect_all(&self.tree, &self.mesh, rays, observer)
+    }
+
+    /// The point of a hit, from which rays can start that do not hit the same face again:
+    /// `scene.surface_point(&hit).origin_towards(direction)` is the start of a ray along
+    /// `direction`.
+    ///
+    /// # Panics
+    /// For a miss, and for a face that the mesh does not have: ask [`Hit::is_hit`] first.
+    pub fn surface_point(&self, hit: &Hit) -> SurfacePoint {
+        assert!(hit.is_hit(), "a miss has no point");
+        SurfacePoint::on_triangle(self.mesh.corners(hit.face), hit.u, hit.v)
     }
 }
 

@@ -9,6 +9,8 @@
 //!
 //! [`PreparedRay`] is that rule; the engine, [`textbook`](crate::textbook) and
 //! [`brute_force`](crate::brute_force) share it, and nothing else.
+//!
+//! [`SurfacePoint`] gives rays that leave a surface a start from which they do not hit it again.
 
 mod double_double;
 mod edge_function;
@@ -17,11 +19,13 @@ mod frame;
 mod leaf_filter;
 mod power_of_two;
 mod ray_triangle;
+mod surface_point;
 
 pub use edge_function::Orientation;
 pub use frame::Frame;
 pub use leaf_filter::{CornerLanes, LeafFilter};
 pub use ray_triangle::{Contact, PreparedRay};
+pub use surface_point::SurfacePoint;
 
 pub(crate) use double_double::UNIT_ROUNDOFF;
 pub(crate) use frame::{FRAME_ERROR, round_down, round_up};

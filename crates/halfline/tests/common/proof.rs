@@ -33,8 +33,10 @@ pub fn report(what: &str, rays: usize) {
 pub struct Share(pub f64);
 
 impl Share {
-    /// Six tenths: engine alone, at closed surfaces.
-    pub const CLOSED_SURFACES: Share = Share(0.6);
+    /// Four tenths: engine alone, at closed surfaces.
+    pub const CLOSED_SURFACES: Share = Share(0.4);
+    /// Two tenths: engine alone, from origins off the faces of hits.
+    pub const SECONDARY_RAYS: Share = Share(0.2);
     /// Two tenths: engine and textbook against brute force.
     pub const ORACLE: Share = Share(0.2);
     /// Two tenths: all engines against the integer judge.
