@@ -101,7 +101,14 @@ fn a_ray_on_a_diagonal_touches_both_triangles_and_crosses_one() {
         has_negative_zeros: false,
     };
     // The origin is moved by e along x before all else: into the triangle on the right.
-    let touch = |face, is_crossing, u, v| ExactContact { face, t: 1.0, u, v, is_crossing };
+    let touch = |face, is_crossing, u, v| ExactContact {
+        face,
+        t: 1.0,
+        u,
+        v,
+        is_crossing,
+        is_on_border: false,
+    };
     let expected = vec![touch(0, true, 0.0, 0.25), touch(1, false, 0.25, 0.0)];
     assert_eq!(grid.contacts(&down), expected);
     let along = common::integer::GridLine { origin: [-4, 0, 0], direction: [1, 0, 0], ..down };
