@@ -39,16 +39,6 @@ impl FacesOnLine {
             .map(|&(_, face)| face)
     }
 
-    /// How many there are.
-    pub fn len(&self) -> usize {
-        self.by_corner.len() / 3
-    }
-
-    /// True if there are none.
-    pub fn is_empty(&self) -> bool {
-        self.by_corner.is_empty()
-    }
-
     /// Bytes held.
     pub fn bytes(&self) -> usize {
         size_of_val(&self.by_corner[..])
