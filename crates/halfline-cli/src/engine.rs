@@ -16,7 +16,7 @@ pub trait Engine: Sync {
     fn closest(&self, rays: &[Ray], observer: &dyn Observer) -> Result<Vec<Hit>>;
     /// Whether each ray hits anything.
     fn any(&self, rays: &[Ray], observer: &dyn Observer) -> Result<Vec<bool>>;
-    /// All crossings of each ray.
+    /// All hits of each ray.
     fn all(&self, rays: &[Ray], observer: &dyn Observer) -> Result<AllHits>;
 }
 

@@ -5,9 +5,9 @@
 
 use rayon::prelude::*;
 
-use crate::geometry::{Hit, Ray};
+use crate::geometry::{Hit, Ray, Vec3};
 use crate::mesh::Mesh;
-use crate::numeric::{PreparedRay, is_nearer};
+use crate::numeric::{Contact, PreparedRay, Touch, complete_hits, is_nearer};
 
 /// The closest hit of each ray; of hits with equal t the one with the lowest face index.
 pub fn intersect(mesh: &Mesh, rays: &[Ray]) -> Vec<Hit> {
@@ -16,8 +16,10 @@ pub fn intersect(mesh: &Mesh, rays: &[Ray]) -> Vec<Hit> {
 
 /// The closest hit of one ray.
 pub fn closest(mesh: &Mesh, ray: &Ray) -> Hit {
+    let Some(prepared) = PreparedRay::new(ray) else { return Hit::MISS };
     let mut nearest = Hit::MISS;
-    for_each_hit(mesh, ray, |hit, _| {
+    for_each_contact(mesh, &prepared, |contact, face| {
+        let hit = prepared.hit(contact.t, face, mesh.corners(face));
         if is_nearer(&hit, &nearest) {
             nearest = hit;
         }
@@ -30,24 +32,33 @@ pub fn any(mesh: &Mesh, ray: &Ray) -> bool {
     closest(mesh, ray).is_hit()
 }
 
-/// Appends every crossing of one ray to `hits`, sorted by t and then by face.
+/// Appends all hits of one ray to `hits`, sorted by t and then by face; see
+/// [`numeric`](crate::numeric).
 pub fn all(mesh: &Mesh, ray: &Ray, hits: &mut Vec<Hit>) {
+    let Some(prepared) = PreparedRay::new(ray) else { return };
     let first = hits.len();
-    for_each_hit(mesh, ray, |hit, is_crossing| {
-        if is_crossing {
-            hits.push(hit);
+    let mut touches = Vec::new();
+    for_each_contact(mesh, &prepared, |contact, face| {
+        let Contact { t, touched, .. } = contact;
+        if contact.is_crossing {
+            hits.push(prepared.hit(t, face, mesh.corners(face)));
+        } else {
+            touches.push(Touch { t, face, touched });
         }
     });
-    hits[first..].sort_by(|a, b| a.t.total_cmp(&b.t).then(a.face.cmp(&b.face)));
+    let corners_of = |face| mesh.corners(face);
+    let triangles_at = |point: Vec3| {
+        let triangles = (0..mesh.triangle_count() as u32).map(corners_of);
+        triangles.filter(|corners| corners.contains(&point)).collect()
+    };
+    complete_hits(&prepared, hits, first, &mut touches, corners_of, triangles_at);
 }
 
-/// Calls `found` with each contact of `ray` and whether it is a crossing, in face order.
-fn for_each_hit(mesh: &Mesh, ray: &Ray, mut found: impl FnMut(Hit, bool)) {
-    let Some(prepared) = PreparedRay::new(ray) else { return };
+/// Calls `found` with each contact of the ray and its face, in face order.
+fn for_each_contact(mesh: &Mesh, ray: &PreparedRay, mut found: impl FnMut(Contact, u32)) {
     for face in 0..mesh.triangle_count() as u32 {
-        let corners = mesh.corners(face);
-        if let Some(contact) = prepared.meet(corners) {
-            found(prepared.hit(contact.t, face, corners), contact.is_crossing);
+        if let Some(contact) = ray.meet(mesh.corners(face)) {
+            found(contact, face);
         }
     }
 }

@@ -28,7 +28,7 @@
 //! // Ask only whether rays hit anything.
 //! assert_eq!(scene.occluded(&rays), [true, false]);
 //!
-//! // Ask for every crossing: a ray through the edge that both triangles share crosses one of them.
+//! // Ask for all hits: a ray through the edge that both triangles share crosses one of them.
 //! let all = scene.intersect_all(&[Ray::new(vec3(0.5, 0.5, 4.0), down)]);
 //! assert_eq!(all.hits.len(), 1);
 //! # Ok::<(), halfline::Error>(())

@@ -98,7 +98,8 @@ impl Scene {
         PlainCaster::new(&self.tree, &self.mesh)
     }
 
-    /// Appends every crossing of one ray to `hits`, sorted by t and then by face.
+    /// Appends all hits of one ray to `hits`, sorted by t and then by face: every crossing, and every
+    /// contact with the border of an open surface; see [`numeric`](crate::numeric).
     pub fn all(&self, ray: &Ray, hits: &mut Vec<Hit>) {
         self.caster().all(ray, hits);
     }
@@ -130,7 +131,7 @@ impl Scene {
         traverse::occluded(&self.tree, &self.mesh, rays, observer)
     }
 
-    /// Every crossing of each ray, in parallel, sorted by t and then by face.
+    /// All hits of each ray, in parallel, sorted by t and then by face: as [`Scene::all`].
     pub fn intersect_all(&self, rays: &[Ray]) -> AllHits {
         unobserved(self.intersect_all_observed(rays, &Silent))
     }

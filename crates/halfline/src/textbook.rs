@@ -21,7 +21,7 @@
 
 use crate::geometry::{Aabb, Hit, Ray, Vec3};
 use crate::mesh::Mesh;
-use crate::numeric::{PreparedRay, is_nearer};
+use crate::numeric::{PreparedRay, Touch, complete_hits, is_nearer};
 
 /// A kd-tree over the triangles of a mesh.
 pub struct KdTree<'mesh> {
@@ -364,23 +364,28 @@ impl KdTree<'_> {
         self.ray_tree_intersection(ray).is_hit()
     }
 
-    /// Appends every crossing to `hits`, sorted by t and then by face.
+    /// Appends all hits to `hits`, sorted by t and then by face; see [`numeric`](crate::numeric).
     ///
     /// The half-line is sent through the whole tree; a triangle that lies in several cells is
     /// found several times, and counted once.
     pub fn all(&self, ray: &Ray, hits: &mut Vec<Hit>) {
         let first = hits.len();
+        let mut touches = Vec::new();
         let Some(prepared) = PreparedRay::new(ray) else { return };
         let Some([t_min, t_max]) = self.clip_to_box(ray) else { return };
         let mut cells = vec![(&self.root, t_min, t_max)];
         while let Some((node, t_min, t_max)) = cells.pop() {
             match node {
                 Node::Leaf { triangles } => {
-                    hits.extend(triangles.iter().filter_map(|&face| {
+                    for &face in triangles {
                         let corners = self.mesh.corners(face);
-                        let contact = prepared.meet(corners)?;
-                        contact.is_crossing.then(|| prepared.hit(contact.t, face, corners))
-                    }));
+                        let Some(contact) = prepared.meet(corners) else { continue };
+                        if contact.is_crossing {
+                            hits.push(prepared.hit(contact.t, face, corners));
+                        } else {
+                            touches.push(Touch { t: contact.t, face, touched: contact.touched });
+                        }
+                    }
                 }
                 Node::Inner { splitting_axis, splitting_coordinate, children } => {
                     let (axis, plane) = (*splitting_axis, *splitting_coordinate);
@@ -407,14 +412,12 @@ impl KdTree<'_> {
                 }
             }
         }
-        hits[first..].sort_by(|a, b| a.t.total_cmp(&b.t).then(a.face.cmp(&b.face)));
-        let mut kept = first;
-        for i in first..hits.len() {
-            if kept == first || hits[kept - 1].face != hits[i].face {
-                hits[kept] = hits[i];
-                kept += 1;
-            }
-        }
-        hits.truncate(kept);
+        // At borders, go by all triangles of the mesh: it is rare, and this is to be read.
+        let corners_of = |face| self.mesh.corners(face);
+        let triangles_at = |point: Vec3| {
+            let triangles = (0..self.mesh.triangle_count() as u32).map(corners_of);
+            triangles.filter(|corners| corners.contains(&point)).collect()
+        };
+        complete_hits(&prepared, hits, first, &mut touches, corners_of, triangles_at);
     }
 }

@@ -101,9 +101,20 @@ fn a_ray_on_a_diagonal_touches_both_triangles_and_crosses_one() {
         has_negative_zeros: false,
     };
     // The origin is moved by e along x before all else: into the triangle on the right.
-    let touch = |face, is_crossing, u, v| ExactContact { face, t: 1.0, u, v, is_crossing };
+    let touch = |face, is_crossing, u, v| {
+        let is_on_border = false;
+        ExactContact { face, t: 1.0, u, v, is_crossing, is_on_border }
+    };
     let expected = vec![touch(0, true, 0.0, 0.25), touch(1, false, 0.25, 0.0)];
     assert_eq!(grid.contacts(&down), expected);
     let along = common::integer::GridLine { origin: [-4, 0, 0], direction: [1, 0, 0], ..down };
     assert_eq!(grid.contacts(&along), Vec::new());
+    // In the middle of the open side on the right, and at the corner where the sides on the right
+    // and at the front meet, the ray is moved off the square.
+    for (origin, u, v) in [([4, 2, 8], 0.5, 0.5), ([4, 0, 8], 1.0, 0.0)] {
+        let found = grid.contacts(&common::integer::GridLine { origin, ..down });
+        assert_eq!(found, [ExactContact { is_on_border: true, ..touch(0, false, u, v) }]);
+        let ray = grid.to_ray(&common::integer::GridLine { origin, ..down });
+        assert_eq!(rational::contacts(&grid.to_mesh(), &ray), found);
+    }
 }

@@ -66,7 +66,7 @@ pub struct Options {
     #[arg(long, conflicts_with = "all")]
     any: bool,
 
-    /// Every crossing along each ray, not only the first
+    /// All hits along each ray, not only the first
     #[arg(long)]
     all: bool,
 }
@@ -244,7 +244,7 @@ impl Answers {
         }
     }
 
-    /// Crossings found; for the other questions, rays that hit.
+    /// Hits found; for the other questions, rays that hit.
     fn hits(&self) -> u64 {
         match self {
             Answers::All(all) => all.hits.len() as u64,

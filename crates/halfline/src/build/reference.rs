@@ -5,7 +5,7 @@ use rayon::prelude::*;
 
 use crate::geometry::Vec3;
 use crate::mesh::Mesh;
-use crate::numeric::{Frame, is_zero_area};
+use crate::numeric::{Frame, has_edges, is_zero_area};
 use crate::tree::Bounds;
 
 /// The part of a face that lies in a cell, known by its box.
@@ -32,10 +32,12 @@ pub fn bounds_of(references: &[Reference]) -> Bounds {
 }
 
 /// Faces that get no reference.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct Skipped {
     /// The three corners lie on one line.
     pub zero_area: usize,
+    /// Those of them whose corners are apart, so that they have edges.
+    pub on_line: Vec<u32>,
     /// A coordinate is NaN or infinite.
     pub non_finite: usize,
 }
@@ -45,7 +47,7 @@ const CHUNK: usize = 1 << 14;
 
 enum Verdict {
     Keep([Vec3; 3]),
-    ZeroArea,
+    ZeroArea([Vec3; 3]),
     NonFinite,
 }
 
@@ -54,7 +56,7 @@ fn judge(mesh: &Mesh, face: usize) -> Verdict {
     if !corners.into_iter().all(Vec3::is_finite) {
         Verdict::NonFinite
     } else if is_zero_area(corners) {
-        Verdict::ZeroArea
+        Verdict::ZeroArea(corners)
     } else {
         Verdict::Keep(corners)
     }
@@ -78,17 +80,24 @@ pub fn references_of(
             for face in range(chunk) {
                 match judge(mesh, face) {
                     Verdict::Keep(_) => {}
-                    Verdict::ZeroArea => skipped.zero_area += 1,
+                    Verdict::ZeroArea(corners) => {
+                        skipped.zero_area += 1;
+                        if has_edges(corners) {
+                            skipped.on_line.push(face as u32);
+                        }
+                    }
                     Verdict::NonFinite => skipped.non_finite += 1,
                 }
             }
             skipped
         })
         .collect();
-    let skipped = counts.iter().fold(Skipped::default(), |all, c| Skipped {
-        zero_area: all.zero_area + c.zero_area,
-        non_finite: all.non_finite + c.non_finite,
-    });
+    let mut skipped = Skipped::default();
+    for chunk in &counts {
+        skipped.zero_area += chunk.zero_area;
+        skipped.non_finite += chunk.non_finite;
+        skipped.on_line.extend_from_slice(&chunk.on_line);
+    }
     let kept = faces - skipped.zero_area - skipped.non_finite;
 
     // Zeroed memory costs nothing until it is touched, so slots that stay unused are free.
@@ -105,7 +114,7 @@ pub fn references_of(
     targets.into_par_iter().enumerate().for_each(|(chunk, target)| {
         let kept = range(chunk).filter_map(|face| match judge(mesh, face) {
             Verdict::Keep(corners) => Some(Reference::new(face as u32, box_of(frame, corners))),
-            Verdict::ZeroArea | Verdict::NonFinite => None,
+            Verdict::ZeroArea(_) | Verdict::NonFinite => None,
         });
         for (slot, reference) in target.iter_mut().zip(kept) {
             *slot = reference;

@@ -12,7 +12,9 @@ use crate::io::advise_huge_pages;
 use crate::mesh::Mesh;
 use crate::numeric::Frame;
 use crate::progress::{Observer, Stage};
-use crate::tree::{BLOCK_SIZE, Bounds, Children, KdTree, LeafBlocks, MAX_DEPTH, Node, Split};
+use crate::tree::{
+    BLOCK_SIZE, Bounds, Children, FacesOnLine, KdTree, LeafBlocks, MAX_DEPTH, Node, Split,
+};
 
 /// Planes are used down to this level only. A kd-tree of 2^30 triangles needs half as many.
 const PLANE_DEPTH: usize = 64;
@@ -71,6 +73,7 @@ pub fn build(mesh: &Mesh, parameters: &BuildParameters, observer: &dyn Observer)
         reach,
         leaves,
         references: references.len(),
+        on_line: FacesOnLine::new(mesh, &skipped.on_line),
         skipped_zero_area: skipped.zero_area,
         skipped_non_finite: skipped.non_finite,
     })

@@ -12,7 +12,7 @@
 //! 3. *Where?* t is the double nearest to the exact quotient, so it depends on nothing but the
 //!    ray and the triangle, and a point in front of another never gets the larger t.
 //!
-//! Closest and any hit use rule 1, all hits and counts rule 2.
+//! Closest and any hit use rule 1, all hits and counts rule 2 and, at borders, `border.rs`.
 
 use super::double_double::{DoubleDouble, UNIT_ROUNDOFF, two_product, two_sum};
 use super::edge_function::{
@@ -75,14 +75,44 @@ impl PreparedRay {
     }
 }
 
+/// In which part of a triangle a line meets it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Touched {
+    /// Neither on an edge nor at a corner.
+    Inside,
+    /// Inside the edge opposite to this corner.
+    Edge(usize),
+    /// At this corner.
+    Corner(usize),
+}
+
+impl Touched {
+    /// By the signs of the edge functions, each named by the corner opposite to the edge; not all of
+    /// them are zero.
+    fn of(signs: [i8; 3]) -> Touched {
+        match signs.map(|sign| sign == 0) {
+            [false, false, false] => Touched::Inside,
+            [true, false, false] => Touched::Edge(0),
+            [false, true, false] => Touched::Edge(1),
+            [false, false, true] => Touched::Edge(2),
+            [false, true, true] => Touched::Corner(0),
+            [true, false, true] => Touched::Corner(1),
+            [true, true, _] => Touched::Corner(2),
+        }
+    }
+}
+
 /// How a ray meets a triangle.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Contact {
     /// Ray parameter: the double nearest to the exact one.
     pub t: f64,
-    /// True if the line, moved by an infinitesimal, crosses the triangle; a contact that is no
-    /// crossing is one of a border edge or vertex, and counts for closest and any hit only.
+    /// True if the line, moved by an infinitesimal, crosses the triangle. A contact that is no
+    /// crossing is at an edge or a corner; it counts for closest and any hit, and for all hits only
+    /// on the border of the surface.
     pub is_crossing: bool,
+    /// Where in the triangle.
+    pub touched: Touched,
     /// From which side.
     pub orientation: Orientation,
 }
@@ -150,7 +180,7 @@ impl PreparedRay {
             sign == if positive { 1 } else { -1 }
         });
         let orientation = if positive { Orientation::Back } else { Orientation::Front };
-        Some(Contact { t, is_crossing, orientation })
+        Some(Contact { t, is_crossing, touched: Touched::of(signs), orientation })
     }
 
     /// The hit for a contact at `t` with `face`, whose corners these are.

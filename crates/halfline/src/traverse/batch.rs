@@ -14,13 +14,13 @@ use crate::tree::KdTree;
 /// Rays that one task casts: some milliseconds of work.
 const CHUNK: usize = 1 << 10;
 
-/// Every crossing of each ray of a batch, in compressed sparse rows: those of ray i are
+/// All hits of each ray of a batch, in compressed sparse rows: those of ray i are
 /// `hits[splits[i]..splits[i + 1]]`, sorted by t and then by face.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct AllHits {
     /// One more entry than there are rays.
     pub splits: Vec<usize>,
-    /// The crossings.
+    /// The hits.
     pub hits: Vec<Hit>,
 }
 
@@ -86,7 +86,7 @@ pub fn occluded(
     cast(tree, mesh, rays, false, observer, |caster, ray| caster.any(ray))
 }
 
-/// Every crossing of each ray.
+/// All hits of each ray.
 pub fn intersect_all(
     tree: &KdTree,
     mesh: &Mesh,

@@ -1,11 +1,11 @@
 //! One ray after another.
 
 use super::leaf_test::Watertight;
-use super::query::{AllCrossings, AnyHit, ClosestHit};
+use super::query::{AllContacts, AnyHit, ClosestHit};
 use super::walk::{RayCounters, Stack, walk};
 use crate::geometry::{Hit, Ray};
 use crate::mesh::Mesh;
-use crate::numeric::PreparedRay;
+use crate::numeric::{PreparedRay, Touch};
 use crate::tree::KdTree;
 
 /// Casts one ray after another at a scene: [`Scene::caster`](crate::Scene::caster) gives one.
@@ -16,11 +16,12 @@ pub struct Caster<'scene> {
     tree: &'scene KdTree,
     mesh: &'scene Mesh,
     stack: Stack,
+    touches: Vec<Touch>,
 }
 
 impl<'scene> Caster<'scene> {
     pub(crate) fn new(tree: &'scene KdTree, mesh: &'scene Mesh) -> Caster<'scene> {
-        Caster { tree, mesh, stack: Stack::default() }
+        Caster { tree, mesh, stack: Stack::default(), touches: Vec::new() }
     }
 
     /// The hit with the smallest t; of equal ones that with the lowest face index.
@@ -61,10 +62,10 @@ impl<'scene> Caster<'scene> {
         any.found
     }
 
-    /// Appends every crossing to `hits`, sorted by t and then by face.
+    /// Appends all hits to `hits`, sorted by t and then by face; see [`numeric`](crate::numeric).
     pub fn all(&mut self, ray: &Ray, hits: &mut Vec<Hit>) {
         let Some(prepared) = PreparedRay::new(ray) else { return };
-        let mut all = AllCrossings::appending_to(hits);
+        let mut all = AllContacts::appending_to(hits, &mut self.touches);
         let counters = &mut RayCounters::default();
         walk::<Watertight, _>(
             self.tree,
@@ -75,6 +76,6 @@ impl<'scene> Caster<'scene> {
             &mut self.stack,
             counters,
         );
-        all.finish();
+        all.finish(&prepared, self.tree, self.mesh);
     }
 }

@@ -1,5 +1,6 @@
 //! From rays to hits.
 
+mod around_point;
 mod batch;
 mod caster;
 mod leaf_test;

@@ -9,7 +9,7 @@ use super::query::{AnyHit, ClosestHit, Query};
 use super::walk::{RayCounters, Stack, walk};
 use crate::geometry::{Hit, Ray, Vec3};
 use crate::mesh::Mesh;
-use crate::numeric::{Contact, Orientation, PreparedRay};
+use crate::numeric::{Contact, Orientation, PreparedRay, Touched};
 use crate::tree::{BLOCK_SIZE, KdTree, LeafBlock};
 
 /// A ray in the frame.
@@ -100,6 +100,7 @@ impl LeafTest for Plain {
             hits &= hits - 1;
             let contact = Contact {
                 t: f64::from(parameter[lane]),
+                touched: Touched::Inside,
                 is_crossing: true,
                 orientation: Orientation::Front,
             };

@@ -1,8 +1,10 @@
 //! The questions that one walk through the tree answers.
 
+use super::around_point::triangles_at;
 use crate::geometry::{Hit, Vec3};
 use crate::mesh::Mesh;
-use crate::numeric::{Contact, PreparedRay, is_nearer};
+use crate::numeric::{Contact, PreparedRay, Touch, complete_hits, is_nearer};
+use crate::tree::KdTree;
 
 /// What a walk does with the contacts that it finds.
 pub trait Query {
@@ -86,40 +88,43 @@ impl Query for AnyHit {
     }
 }
 
-/// Every crossing, each face once.
-pub struct AllCrossings<'hits> {
-    hits: &'hits mut Vec<Hit>,
+/// All hits, each face once.
+pub struct AllContacts<'a> {
+    hits: &'a mut Vec<Hit>,
     first: usize,
+    /// The contacts that are no crossings, which are few.
+    touches: &'a mut Vec<Touch>,
 }
 
-impl<'hits> AllCrossings<'hits> {
-    /// Appends to `hits`.
-    pub fn appending_to(hits: &'hits mut Vec<Hit>) -> AllCrossings<'hits> {
+impl<'a> AllContacts<'a> {
+    /// Appends to `hits`. What `touches` holds does not matter, only its room.
+    pub fn appending_to(hits: &'a mut Vec<Hit>, touches: &'a mut Vec<Touch>) -> AllContacts<'a> {
+        touches.clear();
         let first = hits.len();
-        AllCrossings { hits, first }
+        AllContacts { hits, first, touches }
     }
 
-    /// Sorts the crossings by t and then by face, and drops the repeats of faces that lie in
-    /// several cells. By face, never by distance: two faces may be crossed at the same t.
-    pub fn finish(self) {
-        self.hits[self.first..].sort_by(|a, b| a.t.total_cmp(&b.t).then(a.face.cmp(&b.face)));
-        // The same face has the same t, so its repeats are neighbours.
-        let mut kept = self.first;
-        for i in self.first..self.hits.len() {
-            if kept == self.first || self.hits[kept - 1].face != self.hits[i].face {
-                self.hits[kept] = self.hits[i];
-                kept += 1;
-            }
-        }
-        self.hits.truncate(kept);
+    /// Sorts the hits by t and then by face, once the walk is over.
+    pub fn finish(self, ray: &PreparedRay, tree: &KdTree, mesh: &Mesh) {
+        complete_hits(
+            ray,
+            self.hits,
+            self.first,
+            self.touches,
+            |face| mesh.corners(face),
+            |point| triangles_at(tree, mesh, point),
+        );
     }
 }
 
-impl Query for AllCrossings<'_> {
+impl Query for AllContacts<'_> {
     #[inline]
     fn offer(&mut self, ray: &PreparedRay, contact: &Contact, face: u32, corners: [Vec3; 3]) {
+        let &Contact { t, touched, .. } = contact;
         if contact.is_crossing {
-            self.hits.push(ray.hit(contact.t, face, corners));
+            self.hits.push(ray.hit(t, face, corners));
+        } else {
+            self.touches.push(Touch { t, face, touched });
         }
     }
 

@@ -54,7 +54,7 @@ impl SlabRay {
         let size = exponent_of(ray.direction.abs().max_element());
         let direction = scale_vector(ray.direction, -size);
         let origin = frame.point(ray.origin);
-        if !(origin.abs().max_element() < FARTHEST_ORIGIN) {
+        if origin.abs().max_element() >= FARTHEST_ORIGIN {
             return SlabRay::through_everything();
         }
         let exponent = size + exponent_of(frame.scale());

@@ -3,11 +3,13 @@
 mod bounds;
 mod leaf_block;
 mod node;
+mod on_line;
 mod statistics;
 
 pub use bounds::Bounds;
 pub use leaf_block::{LeafBlock, LeafBlocks};
 pub use node::{Children, Node, NodeKind, Split};
+pub use on_line::FacesOnLine;
 pub use statistics::TreeStatistics;
 
 use crate::numeric::Frame;
@@ -38,6 +40,8 @@ pub struct KdTree {
     pub leaves: LeafBlocks,
     /// References to triangles, all leaves together.
     pub references: usize,
+    /// Those of the faces left out that have edges.
+    pub on_line: FacesOnLine,
     /// Faces left out since their three corners lie on one line.
     pub skipped_zero_area: usize,
     /// Faces left out since a coordinate is NaN or infinite.
@@ -51,8 +55,10 @@ impl KdTree {
         &self.leaves.blocks[block as usize].faces[..count as usize]
     }
 
-    /// Bytes of the nodes and the leaves.
+    /// Bytes of the nodes, the leaves, and the faces on a line.
     pub fn bytes(&self) -> usize {
-        size_of_val(&self.children[..]) + size_of_val(&self.leaves.blocks[..])
+        size_of_val(&self.children[..])
+            + size_of_val(&self.leaves.blocks[..])
+            + self.on_line.bytes()
     }
 }

@@ -15,6 +15,8 @@ pub struct ExactContact {
     pub v: f64,
     /// True if the line crosses the triangle once its origin is moved by (e, e^2, e^3).
     pub is_crossing: bool,
+    /// True if it is inside an edge that an odd number of faces have, or at an end of such an edge.
+    pub is_on_border: bool,
 }
 
 impl ExactContact {
@@ -90,16 +92,30 @@ pub struct Answers {
 
 impl Answers {
     /// True if they are what the contacts say: the first is the closest, any is whether there is
-    /// one, and all hits are those contacts that are crossings.
+    /// one, and all hits are those that [`expected_hits`] gives.
     pub fn are_right(&self, contacts: &[ExactContact]) -> bool {
         let closest_is_right = match contacts.first() {
             Some(first) => first.is(&self.closest),
             None => self.closest == Hit::MISS,
         };
-        let crossings: Vec<&ExactContact> = contacts.iter().filter(|c| c.is_crossing).collect();
+        let expected = expected_hits(contacts);
         closest_is_right
             && self.any != contacts.is_empty()
-            && self.all.len() == crossings.len()
-            && crossings.iter().zip(&self.all).all(|(crossing, hit)| crossing.is(hit))
+            && self.all.len() == expected.len()
+            && expected.iter().zip(&self.all).all(|(expected, hit)| expected.is(hit))
     }
+}
+
+/// All hits among sorted contacts: at each t the crossings, or, if there is none but the border is
+/// met, the contact with the lowest face.
+fn expected_hits(contacts: &[ExactContact]) -> Vec<&ExactContact> {
+    let mut expected = Vec::new();
+    for at_one_t in contacts.chunk_by(|a, b| a.t == b.t) {
+        if at_one_t.iter().any(|c| c.is_crossing) {
+            expected.extend(at_one_t.iter().filter(|c| c.is_crossing));
+        } else if at_one_t.iter().any(|c| c.is_on_border) {
+            expected.push(&at_one_t[0]);
+        }
+    }
+    expected
 }

@@ -1,6 +1,9 @@
 //! The judge in rational arithmetic: for any coordinates, and slow. It shares no code with what it
 //! judges.
 
+use std::cell::OnceCell;
+use std::collections::HashSet;
+
 use halfline::{Mesh, Ray, Vec3};
 use num_rational::BigRational;
 use num_traits::{Signed, ToPrimitive, Zero};
@@ -79,16 +82,69 @@ pub fn contacts(mesh: &Mesh, ray: &Ray) -> Vec<ExactContact> {
     if !is_finite(ray.origin) || !is_finite(ray.direction) {
         return Vec::new();
     }
+    let open_edges = OnceCell::new();
+    let border = || open_edges.get_or_init(|| border(mesh));
     let contact = |face: u32| {
         let corners = mesh.corners(face);
         if !corners.into_iter().all(is_finite) {
             return None;
         }
-        let [t, u, v] = meeting(ray, corners)?.map(|x| nearest_double(&x));
+        let [t, u, v] = meeting(ray, corners)?;
+        let is_on_border = is_on_border(corners, &u, &v, border);
+        let [t, u, v] = [t, u, v].map(|x| nearest_double(&x));
         let is_crossing = crosses(ray, corners);
-        t.is_finite().then_some(ExactContact { face, t, u, v, is_crossing })
+        t.is_finite().then_some(ExactContact { face, t, u, v, is_crossing, is_on_border })
     };
     (0..mesh.triangle_count() as u32).filter_map(contact).collect()
+}
+
+/// A place of the mesh: the bits of its coordinates, and +0 for either zero.
+type Place = [u64; 3];
+
+fn place(point: Vec3) -> Place {
+    point.to_array().map(|x| (x + 0.0).to_bits())
+}
+
+/// The edges, in both directions, that an odd number of triangles have whose corners are finite and
+/// in three places.
+fn border(mesh: &Mesh) -> HashSet<[Place; 2]> {
+    let mut odd = HashSet::new();
+    for face in 0..mesh.triangle_count() as u32 {
+        let corners = mesh.corners(face);
+        let places = corners.map(place);
+        let apart = HashSet::from(places).len() == 3;
+        if apart && corners.iter().all(|v| v.to_array().into_iter().all(f64::is_finite)) {
+            for [i, j] in [[0, 1], [1, 0], [1, 2], [2, 1], [2, 0], [0, 2]] {
+                // One more makes it even, and one more than that odd again.
+                if !odd.remove(&[places[i], places[j]]) {
+                    odd.insert([places[i], places[j]]);
+                }
+            }
+        }
+    }
+    odd
+}
+
+/// True if the point of a triangle with these weights of its second and third corner is inside an
+/// edge of the border, or is the end of one. The border is asked for only where it is needed.
+fn is_on_border<'a>(
+    corners: [Vec3; 3],
+    u: &Q,
+    v: &Q,
+    border: impl Fn() -> &'a HashSet<[Place; 2]>,
+) -> bool {
+    let weights = [Q::from_integer(1.into()) - u - v, u.clone(), v.clone()];
+    let ends: Vec<Place> = weights
+        .iter()
+        .zip(corners)
+        .filter(|(weight, _)| !weight.is_zero())
+        .map(|(_, corner)| place(corner))
+        .collect();
+    match *ends {
+        [corner] => border().iter().any(|[from, _]| *from == corner),
+        [p, q] => border().contains(&[p, q]),
+        _ => false,
+    }
 }
 
 /// Round to nearest, ties to even, by bisection over exact comparisons.

@@ -3,6 +3,9 @@
 
 use halfline::{Mesh, Ray, Vec3};
 
+use std::cell::OnceCell;
+use std::collections::HashMap;
+
 use super::contact::ExactContact;
 use super::soup;
 
@@ -73,13 +76,54 @@ impl GridMesh {
 
     /// Every contact of the line, in face order.
     pub fn contacts(&self, line: &GridLine) -> Vec<ExactContact> {
+        let border = OnceCell::new();
         let contact = |face: usize| {
             let [t, u, v] = meeting(line, self.faces[face])?;
             let t = scaled(t, self.unit - line.speed);
             let is_crossing = crosses(line, self.faces[face]);
-            Some(ExactContact { face: face as u32, t, u, v, is_crossing })
+            let on_edges = edges_met(line, self.faces[face]);
+            let is_on_border = !on_edges.is_empty()
+                && is_on_border(&on_edges, border.get_or_init(|| self.border()));
+            Some(ExactContact { face: face as u32, t, u, v, is_crossing, is_on_border })
         };
         (0..self.faces.len()).filter_map(contact).collect()
+    }
+
+    /// The edges that an odd number of faces have. Faces with two corners in one place have none.
+    fn border(&self) -> Vec<[Point; 2]> {
+        let mut faces_of_edge: HashMap<[Point; 2], usize> = HashMap::new();
+        for &[a, b, c] in self.faces.iter().filter(|[a, b, c]| a != b && b != c && c != a) {
+            for (p, q) in [(a, b), (b, c), (c, a)] {
+                *faces_of_edge.entry([p.min(q), p.max(q)]).or_default() += 1;
+            }
+        }
+        faces_of_edge
+            .into_iter()
+            .filter(|(_, faces)| faces % 2 == 1)
+            .map(|(edge, _)| edge)
+            .collect()
+    }
+}
+
+/// The edges of a face that the line meets, which it does meet in one point: none inside of the
+/// face, one inside of an edge, two at a corner.
+fn edges_met(line: &GridLine, [a, b, c]: [Point; 3]) -> Vec<[Point; 2]> {
+    let from_origin = |corner| minus(corner, line.origin);
+    [[a, b], [b, c], [c, a]]
+        .into_iter()
+        .filter(|&[p, q]| dot(line.direction, cross(from_origin(p), from_origin(q))) == 0)
+        .collect()
+}
+
+/// True if the one edge met is of the border, or the corner that two have in common ends one.
+fn is_on_border(met: &[[Point; 2]], border: &[[Point; 2]]) -> bool {
+    match *met {
+        [[p, q]] => border.contains(&[p.min(q), p.max(q)]),
+        [[p, q], other] => {
+            let corner = if other.contains(&p) { p } else { q };
+            border.iter().any(|edge| edge.contains(&corner))
+        }
+        _ => false,
     }
 }
 
