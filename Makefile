@@ -63,7 +63,7 @@ lint: venv ## check format, warnings, reference, import arrows, types
 	@tools/check_rust.sh fmt clippy
 	cargo fmt --all --check
 	cargo fmt --manifest-path fuzz/Cargo.toml --check
-	cargo clippy --locked --workspace --all-targets -- -D warnings -D clippy::undocumented_unsafe_blocks
+	cargo clippy --locked --workspace --all-targets --all-features -- -D warnings -D clippy::undocumented_unsafe_blocks
 	$(DOC)
 	$(VENV)/bin/python tools/import_arrows.py
 	$(VENV)/bin/ruff check $(PYTHON_SOURCES)
