@@ -54,7 +54,7 @@ test: rust venv ## run all tests, Rust's and Python's
 
 .PHONY: test-long
 test-long: rust ## prove the engines on 10 million rays instead of half a million
-	HALFLINE_TEST_RAYS=$(LONG_RAYS) cargo test --release --locked --workspace
+	HALFLINE_TEST_RAYS=$(LONG_RAYS) cargo test --locked --workspace
 
 .PHONY: fuzz
 fuzz: ## fuzz readers, build and queries for half an hour (needs nightly Rust, cargo-fuzz)
