@@ -209,7 +209,8 @@ impl PreparedRay {
             let (step, step_error) = two_product(scaled_t, direction[axis]);
             let (sum, sum_error) = two_sum(start.high, step);
             at[axis] = sum + (sum_error + (start.low + step_error));
-            reach[axis] = at[axis].abs() + POINT_ERROR * (start.high.abs() + step.abs());
+            reach[axis] =
+                at[axis].abs() + POINT_ERROR * (start.high.abs() + step.abs()) + POINT_UNDERFLOW;
         }
 
         // Solve for the weights, with the permanents of all three determinants.
@@ -220,9 +221,11 @@ impl PreparedRay {
         let error = WEIGHT_ERROR
             * (reach.dot(p_permanent)
                 + direction.abs().dot(q_permanent)
-                + 2.0 * ab.abs().dot(p_permanent));
-        let is_accurate = error < BARYCENTRIC_ERROR * determinant.abs()
-            && WEIGHT_RANGE.contains(&determinant.abs());
+                + 2.0 * ab.abs().dot(p_permanent))
+            + PRODUCT_UNDERFLOW * (reach + ab.abs()).dot(Vec3::splat(1.0))
+            + WEIGHT_UNDERFLOW;
+        let is_accurate =
+            error < BARYCENTRIC_ERROR * determinant.abs() && determinant.abs() < QUOTIENT_RANGE.end;
         // A weight of zero may have come out below zero by the error, or as negative zero.
         if is_accurate {
             (u.clamp(0.0, 1.0) + 0.0, v.clamp(0.0, 1.0) + 0.0)
@@ -367,9 +370,16 @@ const POINT_ERROR: f64 = 4.0 * UNIT_ROUNDOFF;
 /// products, a difference and two sums, seven roundings; one more for second-order terms.
 const WEIGHT_ERROR: f64 = 8.0 * UNIT_ROUNDOFF;
 
-/// Within this range of determinants, for directions below 2^501, what underflows does not matter.
-const WEIGHT_RANGE: std::ops::Range<f64> =
-    f64::from_bits((1023 - 450) << 52)..f64::from_bits((1023 + 900) << 52);
+/// Underflow in the step along the line may move its point by 2^-1072: this, times [`WEIGHT_ERROR`].
+const POINT_UNDERFLOW: f64 = 2.0 * f64::MIN_POSITIVE;
+
+/// Underflow in the products of the first cross product, 2^-1074 for each component, which are then
+/// multiplied by the point and, for the determinant, which counts twice, by an edge.
+const PRODUCT_UNDERFLOW: f64 = f64::from_bits(16);
+
+/// The same for the second one, which is multiplied by a direction below 2^501, and for what follows:
+/// 3 * 2^-573 and a little.
+const WEIGHT_UNDERFLOW: f64 = f64::from_bits((1023 - 569) << 52);
 
 /// What a cross product would be if nothing cancelled, for vectors without negative components.
 #[inline(always)]
