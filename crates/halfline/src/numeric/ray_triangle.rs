@@ -357,7 +357,7 @@ const NUMERATOR_UNDERFLOW: f64 = f64::from_bits(1 << (1074 - 1066));
 const QUOTIENT_RANGE: std::ops::Range<f64> =
     f64::from_bits((1023 - 900) << 52)..f64::from_bits((1023 + 900) << 52);
 
-/// Absolute error of barycentric weights: 256 units in the last place of 1. Typical is one of them.
+/// Absolute error of barycentric weights: 256 roundings of 1.
 const BARYCENTRIC_ERROR: f64 = 256.0 * UNIT_ROUNDOFF;
 
 /// Error of a coordinate of the point on the line, beyond one rounding of itself, in terms of the
