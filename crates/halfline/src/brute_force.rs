@@ -18,8 +18,8 @@ pub fn intersect(mesh: &Mesh, rays: &[Ray]) -> Vec<Hit> {
 pub fn closest(mesh: &Mesh, ray: &Ray) -> Hit {
     let Some(prepared) = PreparedRay::new(ray) else { return Hit::MISS };
     let mut nearest = Hit::MISS;
-    for_each_contact(mesh, &prepared, |contact, face| {
-        let hit = prepared.hit(contact.t, face, mesh.corners(face));
+    for_each_contact(mesh, &prepared, |_, face| {
+        let hit = prepared.hit(face, mesh.corners(face));
         if is_nearer(&hit, &nearest) {
             nearest = hit;
         }
@@ -41,7 +41,7 @@ pub fn all(mesh: &Mesh, ray: &Ray, hits: &mut Vec<Hit>) {
     for_each_contact(mesh, &prepared, |contact, face| {
         let Contact { t, touched, .. } = contact;
         if contact.is_crossing {
-            hits.push(prepared.hit(t, face, mesh.corners(face)));
+            hits.push(prepared.hit(face, mesh.corners(face)));
         } else {
             touches.push(Touch { t, face, touched });
         }

@@ -1,5 +1,7 @@
 //! How long work tells of itself, and how it is stopped.
 
+use std::sync::atomic::{AtomicU64, Ordering};
+
 use crate::error::{Error, Result};
 
 /// The long stages of the work.
@@ -41,3 +43,35 @@ pub trait Observer: Sync {
 pub struct Silent;
 
 impl Observer for Silent {}
+
+/// How far one stage is, when several threads work on it.
+pub struct SharedProgress<'a> {
+    observer: &'a dyn Observer,
+    stage: Stage,
+    done: AtomicU64,
+    total: u64,
+}
+
+impl SharedProgress<'_> {
+    /// Nothing of `total` units yet.
+    pub fn new(observer: &dyn Observer, stage: Stage, total: usize) -> SharedProgress<'_> {
+        SharedProgress { observer, stage, done: AtomicU64::new(0), total: total as u64 }
+    }
+
+    /// Reports that so many more units are done; `Err(Error::Interrupted)` if the work should end.
+    pub fn advance(&self, units: usize) -> Result<()> {
+        let done = self.done.fetch_add(units as u64, Ordering::Relaxed) + units as u64;
+        self.observer.report(self.stage, done.min(self.total), self.total);
+        self.check()
+    }
+
+    /// `Err(Error::Interrupted)` once the work should end.
+    pub fn check(&self) -> Result<()> {
+        self.observer.check()
+    }
+
+    /// Reports that all is done.
+    pub fn finish(&self) {
+        self.observer.report(self.stage, self.total, self.total);
+    }
+}

@@ -280,8 +280,8 @@ impl<'mesh> KdTree<'mesh> {
                 let mut closest = Hit::MISS;
                 for &face in triangles {
                     let corners = self.mesh.corners(face);
-                    if let Some(contact) = prepared.meet(corners) {
-                        let hit = prepared.hit(contact.t, face, corners);
+                    if prepared.meet(corners).is_some() {
+                        let hit = prepared.hit(face, corners);
                         if is_nearer(&hit, &closest) {
                             closest = hit;
                         }
@@ -381,7 +381,7 @@ impl KdTree<'_> {
                         let corners = self.mesh.corners(face);
                         let Some(contact) = prepared.meet(corners) else { continue };
                         if contact.is_crossing {
-                            hits.push(prepared.hit(contact.t, face, corners));
+                            hits.push(prepared.hit(face, corners));
                         } else {
                             touches.push(Touch { t: contact.t, face, touched: contact.touched });
                         }

@@ -3,19 +3,21 @@
 mod common;
 
 use common::contact::WEIGHT_TOLERANCE;
-use common::exact::{cross, crosses, exact, is_front, meeting, minus, nearest_double};
+use common::exact::{
+    cross, crosses, exact, exact_double, is_front, meeting, minus, nearest_double,
+};
 use common::nudge;
-use halfline::numeric::{Orientation, PreparedRay, is_zero_area};
+use halfline::numeric::{Bounds, Orientation, PreparedRay, is_zero_area};
 use halfline::{Ray, Vec3};
 use num_traits::Zero;
 use proptest::prelude::*;
 
-/// Fails unless the test under trial agrees: the same verdict, t to the bit, u and v to 2^-45, the
+/// Fails unless the test under trial agrees: the same verdict, t to the bit, u and v to 2^-40, the
 /// same side, and the same answer to whether it is a crossing.
 fn check(ray: Ray, corners: [Vec3; 3]) -> Result<(), TestCaseError> {
     let prepared = PreparedRay::new(&ray);
-    let found = prepared
-        .and_then(|r| r.meet(corners).map(|contact| (contact, r.hit(contact.t, 0, corners))));
+    check_bounds(&ray, corners)?;
+    let found = prepared.and_then(|r| r.meet(corners).map(|contact| (contact, r.hit(0, corners))));
     let expected = meeting(&ray, corners).filter(|[t, ..]| {
         // t is compared with the range after rounding, as documented.
         let t = nearest_double(t);
@@ -27,6 +29,13 @@ fn check(ray: Ray, corners: [Vec3; 3]) -> Result<(), TestCaseError> {
             // To the bit, so that a zero is no negative one.
             let (got, want) = (hit.t.to_bits(), nearest_double(&t).to_bits());
             prop_assert_eq!(got, want, "t of {:?} {:?}: {:?}", ray, corners, hit);
+            prop_assert_eq!(
+                contact.t.to_bits(),
+                want,
+                "t of {:?} {:?}, the long way",
+                ray,
+                corners
+            );
             let crossing = contact.is_crossing;
             prop_assert_eq!(crossing, crosses(&ray, corners), "{:?} {:?}", ray, corners);
             let front = contact.orientation == Orientation::Front;
@@ -45,6 +54,20 @@ fn check(ray: Ray, corners: [Vec3; 3]) -> Result<(), TestCaseError> {
             found.map(|(_, hit)| hit),
             expected.map(|e| e.map(|x| nearest_double(&x)))
         ),
+    }
+    Ok(())
+}
+
+/// Fails unless the exact t, if the line meets the triangle, lies within the bounds of the meeting.
+fn check_bounds(ray: &Ray, corners: [Vec3; 3]) -> Result<(), TestCaseError> {
+    let Some(prepared) = PreparedRay::new(ray) else { return Ok(()) };
+    let (found, expected) = (prepared.meet_line(corners), meeting(ray, corners));
+    prop_assert_eq!(found.is_some(), expected.is_some(), "{:?} {:?}", ray, corners);
+    if let (Some(meeting), Some([t, ..])) = (found, expected) {
+        let Bounds { low, high } = meeting.bounds(&prepared);
+        let is_above = low == f64::NEG_INFINITY || exact_double(low) <= t;
+        let is_below = high == f64::INFINITY || t <= exact_double(high);
+        prop_assert!(is_above && is_below, "{} is not in {}..{}", nearest_double(&t), low, high);
     }
     Ok(())
 }
@@ -111,7 +134,7 @@ proptest! {
         let corners = [a * scale, b * scale, c * scale];
         let hit = |ray: Ray, corners| {
             let prepared = PreparedRay::new(&ray)?;
-            prepared.meet(corners).map(|contact| prepared.hit(contact.t, 0, corners))
+            prepared.meet(corners).map(|_| prepared.hit(0, corners))
         };
         let plain = hit(Ray::new(o, d), [a, b, c]);
         let scaled = hit(Ray::new(o * scale, d * 2f64.powi(speed)), corners);

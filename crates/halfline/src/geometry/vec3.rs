@@ -71,6 +71,17 @@ impl Vec3 {
         self.x.max(self.y).max(self.z)
     }
 
+    /// The axis of the largest coordinate.
+    pub fn max_axis(self) -> usize {
+        if self.x > self.y && self.x > self.z {
+            0
+        } else if self.y > self.z {
+            1
+        } else {
+            2
+        }
+    }
+
     /// True if no coordinate is infinite or NaN.
     pub fn is_finite(self) -> bool {
         self.x.is_finite() && self.y.is_finite() && self.z.is_finite()

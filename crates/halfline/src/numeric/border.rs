@@ -50,7 +50,7 @@ pub fn complete_hits(
         let next = crossings.partition_point(|hit| hit.t < t);
         let is_crossed = crossings.get(next).is_some_and(|hit| hit.t == t);
         if !is_crossed && is_any_on_border(group, &corners_of, &triangles_at) {
-            hits.push(ray.hit(t, face, corners_of(face)));
+            hits.push(ray.hit(face, corners_of(face)));
         }
     }
     if hits.len() > last {

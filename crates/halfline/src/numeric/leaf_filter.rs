@@ -54,21 +54,16 @@ pub struct LeafFilter {
 
 impl LeafFilter {
     /// For a valid ray, and corners whose frame coordinates are at most `reach`.
-    #[inline]
+    #[inline(always)]
     pub fn new(ray: &Ray, frame: &Frame, reach: f32) -> LeafFilter {
         // Choose the axis along which to project, and where the line is there.
-        let magnitude = ray.direction.abs();
-        let last = if magnitude.x > magnitude.y && magnitude.x > magnitude.z {
-            0
-        } else if magnitude.y > magnitude.z {
-            1
-        } else {
-            2
-        };
+        let last = ray.direction.abs().max_axis();
         let axes = [(last + 1) % 3, (last + 2) % 3, last];
         let origin = frame.point(ray.origin);
-        let slope = [0, 1].map(|i| ray.direction[axes[i]] / ray.direction[last]);
-        let center = [0, 1].map(|i| origin[axes[i]] - slope[i] * origin[last]);
+        let inverse = 1.0 / ray.direction[last];
+        let slope = [ray.direction[axes[0]] * inverse, ray.direction[axes[1]] * inverse];
+        let center =
+            [origin[axes[0]] - slope[0] * origin[last], origin[axes[1]] - slope[1] * origin[last]];
 
         // Bound the error of a projected corner: a corner is rounded to single precision, and so
         // are the slope, its product with a coordinate, a difference of up to twice the reach, the
@@ -85,8 +80,8 @@ impl LeafFilter {
         let usable = farthest < FARTHEST_CENTER && center_error < FARTHEST_CENTER;
         LeafFilter {
             axes,
-            slope: slope.map(|x| x as f32),
-            center: center.map(|x| x as f32),
+            slope: [slope[0] as f32, slope[1] as f32],
+            center: [center[0] as f32, center[1] as f32],
             // An infinite bound lets all triangles pass.
             error_per_distance: if usable { per_distance as f32 } else { f32::INFINITY },
             error_at_least: if usable { at_least as f32 } else { f32::INFINITY },

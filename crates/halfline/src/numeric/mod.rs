@@ -31,6 +31,7 @@ mod double_double;
 mod edge_function;
 mod exact;
 mod frame;
+mod hit_point;
 mod leaf_filter;
 mod power_of_two;
 mod ray_triangle;
@@ -39,7 +40,7 @@ mod surface_point;
 pub use edge_function::Orientation;
 pub use frame::Frame;
 pub use leaf_filter::{CornerLanes, LeafFilter};
-pub use ray_triangle::{Contact, PreparedRay, Touched};
+pub use ray_triangle::{Bounds, Contact, Meeting, PreparedRay, Touched};
 pub use surface_point::SurfacePoint;
 
 pub(crate) use border::{Touch, complete_hits, has_edges};

@@ -8,11 +8,12 @@ use std::sync::atomic::{AtomicU32, Ordering};
 
 use rayon::prelude::*;
 
+use super::CHUNK;
 use super::faces::FaceKind;
-use super::progress::{CHUNK, Progress};
 use super::{Corner, NO_CORNER, for_each_surface_face};
 use crate::error::Result;
 use crate::mesh::Mesh;
+use crate::progress::SharedProgress;
 
 /// The pieces.
 pub struct Pieces {
@@ -26,7 +27,7 @@ pub fn find(
     mesh: &Mesh,
     place_of_vertex: &[u32],
     kinds: &[FaceKind],
-    progress: &Progress,
+    progress: &SharedProgress,
 ) -> Result<Pieces> {
     let places = place_of_vertex.len() as u32;
     let parents: Vec<AtomicU32> = (0..places).into_par_iter().map(AtomicU32::new).collect();

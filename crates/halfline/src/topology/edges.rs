@@ -9,11 +9,12 @@ use std::sync::atomic::{AtomicU32, AtomicU64, Ordering};
 
 use rayon::prelude::*;
 
+use super::CHUNK;
 use super::faces::FaceKind;
-use super::progress::{CHUNK, Progress};
 use super::{Corner, Found, for_each_surface_face};
 use crate::error::Result;
 use crate::mesh::Mesh;
+use crate::progress::SharedProgress;
 
 /// What the edges are like.
 #[derive(Default)]
@@ -32,7 +33,7 @@ pub fn examine(
     mesh: &Mesh,
     place_of_vertex: &[u32],
     kinds: &[FaceKind],
-    progress: &Progress,
+    progress: &SharedProgress,
 ) -> Result<Edges> {
     let places = place_of_vertex.len();
     let for_each_half_edge = |use_half_edge: &(dyn Fn(u32, u64) + Sync)| {

@@ -6,13 +6,14 @@ use foldhash::fast::FixedState;
 use rayon::prelude::*;
 use std::hash::BuildHasher;
 
+use super::CHUNK;
 use super::Found;
 use super::for_each_surface_face;
-use super::progress::{CHUNK, Progress};
 use crate::error::Result;
 use crate::geometry::Vec3;
 use crate::mesh::Mesh;
 use crate::numeric::{UNIT_ROUNDOFF, is_zero_area};
+use crate::progress::SharedProgress;
 
 /// What a face is by itself.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -55,7 +56,7 @@ struct Tally {
 }
 
 /// Tells what each face is, and the volume that all of them enclose.
-pub fn examine(mesh: &Mesh, place_of_vertex: &[u32], progress: &Progress) -> Result<Faces> {
+pub fn examine(mesh: &Mesh, place_of_vertex: &[u32], progress: &SharedProgress) -> Result<Faces> {
     let bounds = mesh.bounds();
     let center = if bounds.is_empty() { Vec3::ZERO } else { bounds.center() };
     let used: Vec<AtomicBool> =
@@ -132,7 +133,7 @@ pub fn duplicates(
     mesh: &Mesh,
     place_of_vertex: &[u32],
     kinds: &[FaceKind],
-    progress: &Progress,
+    progress: &SharedProgress,
 ) -> Result<Found> {
     let sorted = |mut places: [u32; 3]| {
         places.sort_unstable();

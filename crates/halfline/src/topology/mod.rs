@@ -20,17 +20,22 @@ mod edges;
 mod faces;
 mod found;
 mod places;
-mod progress;
 
 pub use found::Found;
 
 use crate::error::{Error, Result};
 use crate::geometry::Vec3;
 use crate::mesh::Mesh;
-use crate::progress::Observer;
+use crate::progress::{Observer, SharedProgress, Stage};
 
 use faces::FaceKind;
-use progress::Progress;
+
+/// Faces or vertices of one task: about a millisecond of work.
+const CHUNK: usize = 1 << 14;
+
+/// How many passes there are over all vertices, and over all faces.
+const VERTEX_PASSES: usize = 3;
+const FACE_PASSES: usize = 5;
 
 /// Half-edges are numbered with 31 bits. As many triangles as a tree takes.
 const MOST_TRIANGLES: usize = 1 << 29;
@@ -41,6 +46,13 @@ type Corner = u32;
 
 /// No corner.
 const NO_CORNER: Corner = u32::MAX;
+
+/// The progress of an examination, in elements passed.
+fn begin<'a>(observer: &'a dyn Observer, mesh: &Mesh) -> SharedProgress<'a> {
+    let (vertices, faces) = (mesh.positions().len(), mesh.triangle_count());
+    let total = VERTEX_PASSES * vertices + FACE_PASSES * faces;
+    SharedProgress::new(observer, Stage::Examine, total)
+}
 
 /// What [`examine`] finds.
 #[derive(Clone, Debug)]
@@ -180,7 +192,7 @@ pub fn examine(mesh: &Mesh, observer: &dyn Observer) -> Result<Topology> {
     if triangles > MOST_TRIANGLES {
         return Err(Error::invalid("mesh", "more than 2^29 triangles"));
     }
-    let progress = &Progress::new(observer, mesh);
+    let progress = &begin(observer, mesh);
 
     // Find which vertices are one, and what each face is.
     let places = places::find(mesh.positions(), progress)?;

@@ -7,9 +7,10 @@ use foldhash::fast::FixedState;
 use rayon::prelude::*;
 use std::hash::BuildHasher;
 
-use super::progress::{CHUNK, Progress};
+use super::CHUNK;
 use crate::error::Result;
 use crate::mesh::Positions;
+use crate::progress::SharedProgress;
 
 /// Where vertices lie.
 pub struct Places {
@@ -27,7 +28,7 @@ fn bits(positions: &Positions, vertex: u32) -> [u64; 3] {
 }
 
 /// Finds the vertices that share a place.
-pub fn find(positions: &Positions, progress: &Progress) -> Result<Places> {
+pub fn find(positions: &Positions, progress: &SharedProgress) -> Result<Places> {
     // The answer does not depend on the hash, so that it may be the same always.
     let state = FixedState::default();
     let count = positions.len();
@@ -80,7 +81,7 @@ mod tests {
             [1.0, 0.0, 2.0],
         ];
         let mesh = Mesh::new(Positions::F32(vertices), Vec::new()).unwrap();
-        let places = find(mesh.positions(), &Progress::new(&Silent, &mesh)).unwrap();
+        let places = find(mesh.positions(), &super::super::begin(&Silent, &mesh)).unwrap();
         assert_eq!(places.of_vertex, [0, 1, 0, 1, 4, 5, 0]);
         assert_eq!(places.duplicates, 3);
     }
@@ -100,7 +101,7 @@ mod tests {
         hashes.dedup();
         assert!(hashes.len() < count, "no hash is shared, and the test shows nothing");
         let mesh = Mesh::new(positions, Vec::new()).unwrap();
-        let places = find(mesh.positions(), &Progress::new(&Silent, &mesh)).unwrap();
+        let places = find(mesh.positions(), &super::super::begin(&Silent, &mesh)).unwrap();
         assert_eq!(places.duplicates, 1000);
         let expected = |i: usize| (i % count) as u32;
         assert!(places.of_vertex.iter().enumerate().all(|(i, &place)| place == expected(i)));

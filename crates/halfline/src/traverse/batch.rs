@@ -1,14 +1,12 @@
 //! Batches of rays over all threads. The answers do not depend on how many there are.
 
-use std::sync::atomic::{AtomicU64, Ordering};
-
 use rayon::prelude::*;
 
 use super::caster::Caster;
 use crate::error::Result;
 use crate::geometry::{Hit, Ray};
 use crate::mesh::Mesh;
-use crate::progress::{Observer, Stage};
+use crate::progress::{Observer, SharedProgress, Stage};
 use crate::tree::KdTree;
 
 /// Rays that one task casts: some milliseconds of work.
@@ -24,23 +22,10 @@ pub struct AllHits {
     pub hits: Vec<Hit>,
 }
 
-/// Reports [`Stage::Trace`] in rays.
-struct Progress<'a> {
-    observer: &'a dyn Observer,
-    total: usize,
-    done: AtomicU64,
-}
-
-impl<'a> Progress<'a> {
-    fn start(observer: &'a dyn Observer, total: usize) -> Progress<'a> {
-        observer.report(Stage::Trace, 0, total as u64);
-        Progress { observer, total, done: 0.into() }
-    }
-
-    fn advance(&self, rays: usize) {
-        let done = self.done.fetch_add(rays as u64, Ordering::Relaxed) + rays as u64;
-        self.observer.report(Stage::Trace, done, self.total as u64);
-    }
+fn start(observer: &dyn Observer, rays: usize) -> SharedProgress<'_> {
+    let progress = SharedProgress::new(observer, Stage::Trace, rays);
+    observer.report(Stage::Trace, 0, rays as u64);
+    progress
 }
 
 /// Casts each ray and puts its answer into the same place of the result.
@@ -52,7 +37,7 @@ fn cast<A: Clone + Send>(
     observer: &dyn Observer,
     answer: impl Fn(&mut Caster, &Ray) -> A + Sync,
 ) -> Result<Vec<A>> {
-    let progress = Progress::start(observer, rays.len());
+    let progress = start(observer, rays.len());
     let mut answers = vec![miss; rays.len()];
     answers.par_chunks_mut(CHUNK).zip(rays.par_chunks(CHUNK)).try_for_each(|(answers, rays)| {
         observer.check()?;
@@ -60,8 +45,7 @@ fn cast<A: Clone + Send>(
         for (slot, ray) in answers.iter_mut().zip(rays) {
             *slot = answer(&mut caster, ray);
         }
-        progress.advance(rays.len());
-        Ok(())
+        progress.advance(rays.len())
     })?;
     Ok(answers)
 }
@@ -93,7 +77,7 @@ pub fn intersect_all(
     rays: &[Ray],
     observer: &dyn Observer,
 ) -> Result<AllHits> {
-    let progress = Progress::start(observer, rays.len());
+    let progress = start(observer, rays.len());
     let chunks: Vec<(Vec<usize>, Vec<Hit>)> = rays
         .par_chunks(CHUNK)
         .map(|rays| {
@@ -105,7 +89,7 @@ pub fn intersect_all(
                 caster.all(ray, &mut hits);
                 ends.push(hits.len());
             }
-            progress.advance(rays.len());
+            progress.advance(rays.len())?;
             Ok((ends, hits))
         })
         .collect::<Result<_>>()?;

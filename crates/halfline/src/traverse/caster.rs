@@ -42,7 +42,7 @@ impl<'scene> Caster<'scene> {
             &mut self.stack,
             counters,
         );
-        closest.finish(&prepared, self.mesh)
+        closest.finish(&prepared)
     }
 
     /// True if the ray hits anything.

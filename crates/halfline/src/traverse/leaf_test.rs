@@ -7,13 +7,13 @@ use crate::numeric::{LeafFilter, PreparedRay};
 use crate::tree::{KdTree, LeafBlock};
 
 /// A test of one ray against the blocks of leaves.
-pub trait LeafTest {
+pub trait LeafTest<Q> {
     /// Prepares a valid ray.
     fn new(ray: &Ray, tree: &KdTree) -> Self;
 
     /// Shows `query` the contacts of the ray, which was also `prepared`, with the first `count`
     /// triangles of `block`.
-    fn test<Q: Query>(
+    fn test(
         &self,
         tree: &KdTree,
         mesh: &Mesh,
@@ -27,14 +27,14 @@ pub trait LeafTest {
 /// The engine's: a filter of all eight in single precision, then the exact test of what is left.
 pub struct Watertight(LeafFilter);
 
-impl LeafTest for Watertight {
+impl<Q: Query> LeafTest<Q> for Watertight {
     #[inline]
     fn new(ray: &Ray, tree: &KdTree) -> Watertight {
         Watertight(LeafFilter::new(ray, &tree.frame, tree.reach))
     }
 
     #[inline]
-    fn test<Q: Query>(
+    fn test(
         &self,
         tree: &KdTree,
         mesh: &Mesh,
@@ -48,8 +48,8 @@ impl LeafTest for Watertight {
             let lane = candidates.trailing_zeros() as usize;
             candidates &= candidates - 1;
             let corners = tree.leaves.corners(mesh, &tree.frame, block, lane);
-            if let Some(contact) = prepared.meet(corners) {
-                query.offer(prepared, &contact, block.faces[lane], corners);
+            if let Some(meeting) = prepared.meet_line(corners) {
+                query.offer(prepared, &meeting, block.faces[lane]);
             }
         }
     }

@@ -5,11 +5,11 @@
 //! from the origin of the frame t is wrong by as much as single precision is.
 
 use super::leaf_test::LeafTest;
-use super::query::{AnyHit, ClosestHit, Query};
+use super::query::Search;
 use super::walk::{RayCounters, Stack, walk};
 use crate::geometry::{Hit, Ray, Vec3};
 use crate::mesh::Mesh;
-use crate::numeric::{Contact, Orientation, PreparedRay, Touched};
+use crate::numeric::{PreparedRay, is_nearer};
 use crate::tree::{BLOCK_SIZE, KdTree, LeafBlock};
 
 /// A ray in the frame.
@@ -17,6 +17,21 @@ struct Plain {
     origin: [f32; 3],
     direction: [f32; 3],
     t_min: f32,
+}
+
+/// The nearest hit, or any.
+struct Nearest<const IS_ANY: bool>(Hit, [Vec3; 3]);
+
+impl<const IS_ANY: bool> Search for Nearest<IS_ANY> {
+    #[inline]
+    fn t_max(&self, ray_t_max: f64) -> f64 {
+        if self.0.is_hit() { self.0.t } else { ray_t_max }
+    }
+
+    #[inline]
+    fn is_done(&self) -> bool {
+        IS_ANY && self.0.is_hit()
+    }
 }
 
 type Lanes = [f32; BLOCK_SIZE];
@@ -54,7 +69,7 @@ fn minus(p: &[Lanes; 3], q: &[Lanes; 3]) -> [Lanes; 3] {
     difference
 }
 
-impl LeafTest for Plain {
+impl<const IS_ANY: bool> LeafTest<Nearest<IS_ANY>> for Plain {
     #[inline]
     fn new(ray: &Ray, tree: &KdTree) -> Plain {
         let single = |v: Vec3| v.to_array().map(|x| x as f32);
@@ -66,14 +81,14 @@ impl LeafTest for Plain {
     }
 
     #[inline]
-    fn test<Q: Query>(
+    fn test(
         &self,
         tree: &KdTree,
         _mesh: &Mesh,
         prepared: &PreparedRay,
         block: &LeafBlock,
         count: u32,
-        query: &mut Q,
+        query: &mut Nearest<IS_ANY>,
     ) {
         let [a, b, c] = &block.corners;
         let direction = self.direction.map(|x| [x; BLOCK_SIZE]);
@@ -98,15 +113,10 @@ impl LeafTest for Plain {
         while hits != 0 {
             let lane = hits.trailing_zeros() as usize;
             hits &= hits - 1;
-            let contact = Contact {
-                t: f64::from(parameter[lane]),
-                touched: Touched::Inside,
-                is_crossing: true,
-                orientation: Orientation::Front,
-            };
-            // Neither of the queries here looks at the corners.
-            let corners = block.user_corners(&tree.frame, lane);
-            query.offer(prepared, &contact, block.faces[lane], corners);
+            let hit = Hit { t: f64::from(parameter[lane]), face: block.faces[lane], ..Hit::MISS };
+            if is_nearer(&hit, &query.0) {
+                *query = Nearest(hit, block.user_corners(&tree.frame, lane));
+            }
         }
     }
 }
@@ -123,21 +133,21 @@ impl<'scene> PlainCaster<'scene> {
         PlainCaster { tree, mesh, stack: Stack::default() }
     }
 
-    fn walk<Q: Query>(&mut self, ray: &Ray, query: &mut Q) {
-        let Some(prepared) = PreparedRay::new(ray) else { return };
+    fn walk<const IS_ANY: bool>(&mut self, ray: &Ray) -> Nearest<IS_ANY> {
+        let mut query = Nearest(Hit::MISS, [Vec3::ZERO; 3]);
+        let Some(prepared) = PreparedRay::new(ray) else { return query };
         let counters = &mut RayCounters::default();
-        walk::<Plain, _>(self.tree, self.mesh, ray, &prepared, query, &mut self.stack, counters);
+        let stack = &mut self.stack;
+        walk::<Plain, _>(self.tree, self.mesh, ray, &prepared, &mut query, stack, counters);
+        query
     }
 
     /// The closest hit, with u and v in plain double precision.
     pub fn closest(&mut self, ray: &Ray) -> Hit {
-        let mut closest = ClosestHit::default();
-        self.walk(ray, &mut closest);
-        let nearest = closest.nearest();
+        let Nearest(nearest, [a, b, c]) = self.walk::<false>(ray);
         if !nearest.is_hit() {
             return Hit::MISS;
         }
-        let [a, b, c] = self.mesh.corners(nearest.face);
         let (ab, ac, ao) = (b - a, c - a, ray.origin - a);
         let p = ray.direction.cross(ac);
         let inverse = 1.0 / ab.dot(p);
@@ -147,8 +157,6 @@ impl<'scene> PlainCaster<'scene> {
 
     /// Whether there is any hit.
     pub fn any(&mut self, ray: &Ray) -> bool {
-        let mut any = AnyHit::default();
-        self.walk(ray, &mut any);
-        any.found
+        self.walk::<true>(ray).0.is_hit()
     }
 }

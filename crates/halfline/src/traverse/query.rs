@@ -3,14 +3,11 @@
 use super::around_point::triangles_at;
 use crate::geometry::{Hit, Vec3};
 use crate::mesh::Mesh;
-use crate::numeric::{Contact, PreparedRay, Touch, complete_hits, is_nearer};
+use crate::numeric::{Bounds, Meeting, PreparedRay, Touch, complete_hits};
 use crate::tree::KdTree;
 
-/// What a walk does with the contacts that it finds.
-pub trait Query {
-    /// Takes the contact of `ray` with `face`, whose corners these are.
-    fn offer(&mut self, ray: &PreparedRay, contact: &Contact, face: u32, corners: [Vec3; 3]);
-
+/// What a walk looks for, as far as the walk must know.
+pub trait Search {
     /// The largest t that still matters, given the ray's own.
     fn t_max(&self, ray_t_max: f64) -> f64;
 
@@ -18,49 +15,81 @@ pub trait Query {
     fn is_done(&self) -> bool;
 }
 
+/// A search among exact meetings.
+pub trait Query: Search {
+    /// Takes the meeting of the line of `ray` with `face`, whose t may be out of range.
+    fn offer(&mut self, ray: &PreparedRay, meeting: &Meeting, face: u32);
+}
+
 /// The contact with the smallest t; of equal ones that with the lowest face index.
+///
+/// Bounds of t tell most contacts apart, so as long as they do no t is computed.
 pub struct ClosestHit {
-    nearest: Hit,
+    nearest: Bounds,
+    face: u32,
+    corners: [Vec3; 3],
 }
 
 impl ClosestHit {
-    /// What was found so far, without its barycentrics.
-    #[cfg(feature = "variants")]
-    pub fn nearest(&self) -> Hit {
-        self.nearest
+    /// The hit, once the walk is over.
+    #[inline]
+    pub fn finish(self, ray: &PreparedRay) -> Hit {
+        if self.is_hit() { ray.hit(self.face, self.corners) } else { Hit::MISS }
     }
 
-    /// The hit, once the walk is over.
-    pub fn finish(self, ray: &PreparedRay, mesh: &Mesh) -> Hit {
-        let Hit { t, face, .. } = self.nearest;
-        if self.nearest.is_hit() { ray.hit(t, face, mesh.corners(face)) } else { Hit::MISS }
+    fn is_hit(&self) -> bool {
+        self.nearest.low < f64::INFINITY
+    }
+
+    /// Takes a contact whose bounds overlap those of the nearest, or whose range is open.
+    #[cold]
+    fn offer_exactly(&mut self, ray: &PreparedRay, meeting: &Meeting, face: u32) {
+        let t = ray.parameter(&meeting.corners);
+        if !ray.is_in_range(t) {
+            return;
+        }
+        if self.nearest.low < self.nearest.high {
+            self.nearest = Bounds::exactly(ray.parameter(&self.corners));
+        }
+        let nearest = self.nearest.low;
+        if t < nearest || (t == nearest && face < self.face) {
+            *self = ClosestHit { nearest: Bounds::exactly(t), face, corners: meeting.corners };
+        }
     }
 }
 
 impl Default for ClosestHit {
     fn default() -> ClosestHit {
-        ClosestHit { nearest: Hit::MISS }
+        let nearest = Bounds::exactly(f64::INFINITY);
+        ClosestHit { nearest, face: u32::MAX, corners: [Vec3::ZERO; 3] }
     }
 }
 
-impl Query for ClosestHit {
-    #[inline]
-    fn offer(&mut self, _ray: &PreparedRay, contact: &Contact, face: u32, _corners: [Vec3; 3]) {
-        // Barycentrics wait until it is known whose are wanted.
-        let hit = Hit { t: contact.t, face, ..Hit::MISS };
-        if is_nearer(&hit, &self.nearest) {
-            self.nearest = hit;
-        }
-    }
-
+impl Search for ClosestHit {
     #[inline]
     fn t_max(&self, ray_t_max: f64) -> f64 {
-        if self.nearest.is_hit() { self.nearest.t } else { ray_t_max }
+        if self.is_hit() { self.nearest.high } else { ray_t_max }
     }
 
     #[inline]
     fn is_done(&self) -> bool {
         false
+    }
+}
+
+impl Query for ClosestHit {
+    #[inline]
+    fn offer(&mut self, ray: &PreparedRay, meeting: &Meeting, face: u32) {
+        let bounds = meeting.bounds(ray);
+        let is_in_range = ray.are_in_range(bounds);
+        if is_in_range == Some(false) || bounds.low > self.nearest.high || face == self.face {
+            return;
+        }
+        if is_in_range == Some(true) && bounds.high < self.nearest.low {
+            *self = ClosestHit { nearest: bounds, face, corners: meeting.corners };
+            return;
+        }
+        self.offer_exactly(ray, meeting, face);
     }
 }
 
@@ -71,12 +100,7 @@ pub struct AnyHit {
     pub found: bool,
 }
 
-impl Query for AnyHit {
-    #[inline]
-    fn offer(&mut self, _ray: &PreparedRay, _contact: &Contact, _face: u32, _corners: [Vec3; 3]) {
-        self.found = true;
-    }
-
+impl Search for AnyHit {
     #[inline]
     fn t_max(&self, ray_t_max: f64) -> f64 {
         ray_t_max
@@ -85,6 +109,16 @@ impl Query for AnyHit {
     #[inline]
     fn is_done(&self) -> bool {
         self.found
+    }
+}
+
+impl Query for AnyHit {
+    #[inline]
+    fn offer(&mut self, ray: &PreparedRay, meeting: &Meeting, _face: u32) {
+        self.found |= match ray.are_in_range(meeting.bounds(ray)) {
+            Some(answer) => answer,
+            None => ray.is_in_range(ray.parameter(&meeting.corners)),
+        };
     }
 }
 
@@ -117,17 +151,7 @@ impl<'a> AllContacts<'a> {
     }
 }
 
-impl Query for AllContacts<'_> {
-    #[inline]
-    fn offer(&mut self, ray: &PreparedRay, contact: &Contact, face: u32, corners: [Vec3; 3]) {
-        let &Contact { t, touched, .. } = contact;
-        if contact.is_crossing {
-            self.hits.push(ray.hit(t, face, corners));
-        } else {
-            self.touches.push(Touch { t, face, touched });
-        }
-    }
-
+impl Search for AllContacts<'_> {
     #[inline]
     fn t_max(&self, ray_t_max: f64) -> f64 {
         ray_t_max
@@ -136,5 +160,23 @@ impl Query for AllContacts<'_> {
     #[inline]
     fn is_done(&self) -> bool {
         false
+    }
+}
+
+impl Query for AllContacts<'_> {
+    #[inline]
+    fn offer(&mut self, ray: &PreparedRay, meeting: &Meeting, face: u32) {
+        if ray.are_in_range(meeting.bounds(ray)) == Some(false) {
+            return;
+        }
+        let hit = ray.hit(face, meeting.corners);
+        if !ray.is_in_range(hit.t) {
+            return;
+        }
+        if meeting.is_crossing(ray) {
+            self.hits.push(hit);
+        } else {
+            self.touches.push(Touch { t: hit.t, face, touched: meeting.touched() });
+        }
     }
 }

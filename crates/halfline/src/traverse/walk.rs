@@ -7,7 +7,7 @@
 //! it lowers t_max, and what is entered beyond that is dropped when it is popped.
 
 use super::leaf_test::LeafTest;
-use super::query::Query;
+use super::query::Search;
 use super::slab::SlabRay;
 use crate::geometry::Ray;
 use crate::mesh::Mesh;
@@ -38,7 +38,7 @@ impl Default for Stack {
 
 /// Shows `query` the contacts of a ray, which was also `prepared`, until nothing more can matter.
 #[inline]
-pub fn walk<T: LeafTest, Q: Query>(
+pub fn walk<T: LeafTest<Q>, Q: Search>(
     tree: &KdTree,
     mesh: &Mesh,
     ray: &Ray,

@@ -2,8 +2,8 @@
 
 use halfline::{Hit, Ray};
 
-/// How far barycentrics may be from the exact ones: 2^-45, and two roundings.
-pub const WEIGHT_TOLERANCE: f64 = 129.0 * f64::EPSILON;
+/// How far barycentrics may be from the exact ones: 2^-40, and two roundings.
+pub const WEIGHT_TOLERANCE: f64 = 4097.0 * f64::EPSILON;
 
 /// A contact of a line with a closed triangle, exactly known and then rounded.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -13,8 +13,12 @@ use super::contact::ExactContact;
 pub type Q = BigRational;
 pub type Point = [Q; 3];
 
+pub fn exact_double(x: f64) -> Q {
+    Q::from_float(x).expect("finite")
+}
+
 pub fn exact(v: Vec3) -> Point {
-    v.to_array().map(|x| Q::from_float(x).expect("finite"))
+    v.to_array().map(exact_double)
 }
 
 pub fn minus(a: &Point, b: &Point) -> Point {

@@ -10,7 +10,7 @@ use crate::mesh::Mesh;
 
 use super::View;
 use super::assembly::{Assembly, Shape, haines_material, nearest_tessellation};
-use super::fill::Progress;
+use crate::progress::SharedProgress;
 
 /// The camera of the Standard Procedural Databases.
 pub const VIEW: View = View {
@@ -33,7 +33,7 @@ const DOWNWARDS: f64 = 1e-12;
 const MERIDIANS: usize = 8;
 
 /// See [`Kind::Balls`](super::Kind::Balls).
-pub fn balls(triangles: usize, progress: &Progress) -> Result<Mesh> {
+pub fn balls(triangles: usize, progress: &SharedProgress) -> Result<Mesh> {
     let wanted = triangles.saturating_sub(2);
     let mut generations = 1;
     while count(generations + 1, MERIDIANS, MERIDIANS / 2) <= wanted {
@@ -131,7 +131,7 @@ impl Flake {
         center: Vec3,
         radius: f64,
         up: Vec3,
-        progress: &Progress,
+        progress: &SharedProgress,
     ) -> Result<()> {
         let Some(sphere) = self.spheres.get(generation) else { return Ok(()) };
         progress.check()?;

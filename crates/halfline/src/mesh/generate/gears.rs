@@ -9,7 +9,7 @@ use crate::mesh::Mesh;
 
 use super::View;
 use super::assembly::{Assembly, Shape, haines_material};
-use super::fill::Progress;
+use crate::progress::SharedProgress;
 
 /// The camera of the Standard Procedural Databases.
 pub const VIEW: View = View {
@@ -30,7 +30,7 @@ const TIP_RATIO: f64 = 0.995;
 const TRIANGLES_PER_GEAR: usize = 2 * (4 * TEETH - 2) + 2 * 4 * TEETH;
 
 /// See [`Kind::Gears`](super::Kind::Gears).
-pub fn gears(triangles: usize, progress: &Progress) -> Result<Mesh> {
+pub fn gears(triangles: usize, progress: &SharedProgress) -> Result<Mesh> {
     let count = |size: usize| size * size * size * TRIANGLES_PER_GEAR + 2;
     let mut size = 1;
     while count(size + 1).abs_diff(triangles) < count(size).abs_diff(triangles) {

@@ -11,10 +11,11 @@ use crate::mesh::Mesh;
 use super::View;
 use super::assembly::Assembly;
 use super::cube_sphere::CubeSphere;
-use super::fill::{Progress, single};
+use super::fill::single;
 use super::hall_structure::{Detail, LEVELS, Materials, PLINTHS, build, plinth};
 use super::random::mix;
 use super::scan::{Surface, scanned};
+use crate::progress::SharedProgress;
 
 /// From a visitor's eyes near one end, down the nave.
 pub const VIEW: View = View {
@@ -31,7 +32,7 @@ const FOSSIL: usize = 12;
 const EXHIBITS: usize = 4;
 
 /// See [`Kind::Hall`](super::Kind::Hall).
-pub fn hall(triangles: usize, seed: u64, progress: &Progress) -> Result<Mesh> {
+pub fn hall(triangles: usize, seed: u64, progress: &SharedProgress) -> Result<Mesh> {
     // The most detailed hall that leaves enough for the exhibits; the barest if none does.
     let mut chosen = None;
     for detail in LEVELS.iter().rev() {
@@ -54,7 +55,7 @@ pub fn hall(triangles: usize, seed: u64, progress: &Progress) -> Result<Mesh> {
 
     let rest = triangles - size;
     let (mut scene, materials) = built(detail, rest)?;
-    progress.advance(size as u64);
+    progress.advance(size)?;
     let mut left = rest;
     for index in 0..PLINTHS {
         let share = left / (PLINTHS - index);
@@ -74,7 +75,7 @@ fn built(detail: &Detail, more: usize) -> Result<(Assembly, Materials)> {
 }
 
 /// The fossil on plinth `index`, of at most `triangles`, no less than twelve.
-fn fossil(index: usize, triangles: usize, seed: u64, progress: &Progress) -> Result<Surface> {
+fn fossil(index: usize, triangles: usize, seed: u64, progress: &SharedProgress) -> Result<Surface> {
     debug_assert!(triangles >= CubeSphere::SMALLEST);
     let (mut positions, triangles) =
         scanned(triangles, mix(seed.wrapping_add(index as u64)), progress)?;

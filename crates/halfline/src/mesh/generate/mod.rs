@@ -35,9 +35,7 @@ use std::str::FromStr;
 use crate::error::{Error, Result};
 use crate::geometry::Vec3;
 use crate::mesh::Mesh;
-use crate::progress::Observer;
-
-use fill::Progress;
+use crate::progress::{Observer, SharedProgress, Stage};
 
 /// What can be generated. The last seven are the scenes of Eric Haines, "A Proposal for Standard
 /// Graphics Environments", IEEE Computer Graphics and Applications 7(11), 1987, with the sizes
@@ -216,7 +214,7 @@ pub fn generate(kind: Kind, triangles: usize, seed: u64, observer: &dyn Observer
             format!("{triangles} is more than the {MAX_TRIANGLES} that can be generated"),
         ));
     }
-    let progress = &Progress::new(observer, triangles);
+    let progress = &SharedProgress::new(observer, Stage::Load, triangles);
     progress.check()?;
     let mesh = match kind {
         Kind::Scan => scan::scan(triangles, seed, progress),

@@ -11,9 +11,10 @@ use crate::mesh::Mesh;
 
 use super::View;
 use super::assembly::{Assembly, Shape, haines_material, nearest_tessellation};
-use super::fill::{Progress, reserved};
+use super::fill::reserved;
 use super::noise::mix_linear;
 use super::random::Random;
+use crate::progress::SharedProgress;
 
 /// The camera of the Standard Procedural Databases.
 pub const VIEW: View = View {
@@ -34,7 +35,7 @@ const BALLS: Vec3 = vec3(-0.8, 0.8, 1.0);
 const BALL_RADIUS: f64 = 0.17;
 
 /// See [`Kind::Mount`](super::Kind::Mount).
-pub fn mount(triangles: usize, seed: u64, progress: &Progress) -> Result<Mesh> {
+pub fn mount(triangles: usize, seed: u64, progress: &SharedProgress) -> Result<Mesh> {
     // A twentieth of the triangles is the balls', more if there are few.
     let share = (triangles / 20).max(800.min(triangles * 3 / 10));
     let (segments, stacks) = nearest_tessellation(share / 4, 3, Shape::sphere_triangles);
@@ -87,7 +88,7 @@ fn pyramid() -> [Vec3; 4] {
 }
 
 /// The heights of the (size + 1)^2 points of the grid, row by row; `size` is a power of two.
-fn heights(size: usize, seed: u64, progress: &Progress) -> Result<Vec<f32>> {
+fn heights(size: usize, seed: u64, progress: &SharedProgress) -> Result<Vec<f32>> {
     let row = size + 1;
     let mut heights: Vec<f32> = reserved(row * row)?;
     heights.resize(row * row, 0.0);

@@ -13,7 +13,7 @@ use crate::mesh::Mesh;
 
 use super::View;
 use super::assembly::{Assembly, Shape, haines_material, nearest_tessellation};
-use super::fill::Progress;
+use crate::progress::SharedProgress;
 
 /// Radius of cylinders and spheres, with which the rings of an object just touch.
 const RADIUS: f64 = 0.07412;
@@ -43,7 +43,7 @@ pub fn view() -> View {
 }
 
 /// See [`Kind::Rings`](super::Kind::Rings).
-pub fn rings(triangles: usize, progress: &Progress) -> Result<Mesh> {
+pub fn rings(triangles: usize, progress: &SharedProgress) -> Result<Mesh> {
     let wanted = triangles.saturating_sub(2);
     let mut layers = 1;
     while count(layers + 1, SIDES, SIDES / 2) <= wanted {

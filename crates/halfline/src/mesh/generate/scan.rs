@@ -8,8 +8,9 @@ use crate::mesh::{Mesh, Positions};
 use super::View;
 use super::cube_sphere::{CubeSphere, Order};
 use super::echinoid::Echinoid;
-use super::fill::{Progress, fill, single};
+use super::fill::{fill, single};
 use super::random::{Random, mix};
+use crate::progress::SharedProgress;
 
 /// From above and aside, so that plates, apex and the shell's edge are seen.
 pub const VIEW: View = View {
@@ -28,7 +29,7 @@ const JITTER: f64 = 0.16;
 const SCANNER_NOISE: f64 = 0.03;
 
 /// See [`Kind::Scan`](super::Kind::Scan).
-pub fn scan(triangles: usize, seed: u64, progress: &Progress) -> Result<Mesh> {
+pub fn scan(triangles: usize, seed: u64, progress: &SharedProgress) -> Result<Mesh> {
     let (positions, triangles) = scanned(triangles, seed, progress)?;
     Mesh::new(Positions::F32(positions), triangles)
 }
@@ -37,7 +38,7 @@ pub fn scan(triangles: usize, seed: u64, progress: &Progress) -> Result<Mesh> {
 pub type Surface = (Vec<[f32; 3]>, Vec<[u32; 3]>);
 
 /// The scan's vertices and triangles.
-pub fn scanned(triangles: usize, seed: u64, progress: &Progress) -> Result<Surface> {
+pub fn scanned(triangles: usize, seed: u64, progress: &SharedProgress) -> Result<Surface> {
     let grid = CubeSphere::new(triangles, Order::Shuffled(seed));
     let edge = grid.mean_edge();
     let shape = Echinoid::new(seed, edge);

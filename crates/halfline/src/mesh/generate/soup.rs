@@ -4,15 +4,16 @@ use crate::error::Result;
 use crate::geometry::{Vec3, vec3};
 use crate::mesh::{Mesh, Positions};
 
-use super::fill::{Progress, fill, single};
+use super::fill::{fill, single};
 use super::random::Random;
+use crate::progress::SharedProgress;
 
 /// Of two of a triangle's edges the sine of the angle between them is at least this, so that no
 /// triangle vanishes in single precision.
 const SMALLEST_SINE: f64 = 0.1;
 
 /// See [`Kind::Soup`](super::Kind::Soup).
-pub fn soup(triangles: usize, seed: u64, progress: &Progress) -> Result<Mesh> {
+pub fn soup(triangles: usize, seed: u64, progress: &SharedProgress) -> Result<Mesh> {
     let edge = libm::cbrt(1.0 / triangles as f64).min(0.5);
     let positions = fill(3 * triangles, 3 * triangles / 4, progress, |i| {
         single(triangle(seed, (i / 3) as u64, edge)[i % 3])

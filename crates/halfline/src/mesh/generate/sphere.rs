@@ -4,10 +4,11 @@ use crate::error::Result;
 use crate::mesh::{Mesh, Positions};
 
 use super::cube_sphere::{CubeSphere, Order};
-use super::fill::{Progress, fill, single};
+use super::fill::{fill, single};
+use crate::progress::SharedProgress;
 
 /// See [`Kind::Sphere`](super::Kind::Sphere).
-pub fn sphere(triangles: usize, progress: &Progress) -> Result<Mesh> {
+pub fn sphere(triangles: usize, progress: &SharedProgress) -> Result<Mesh> {
     let grid = CubeSphere::new(triangles, Order::Strips);
     let positions = fill(grid.vertex_count(), triangles, progress, |i| single(grid.direction(i)))?;
     Mesh::new(Positions::F32(positions), grid.triangles(|_| true)?)

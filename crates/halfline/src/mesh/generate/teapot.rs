@@ -11,7 +11,7 @@ use crate::mesh::Mesh;
 
 use super::View;
 use super::assembly::{Assembly, haines_material};
-use super::fill::Progress;
+use crate::progress::SharedProgress;
 
 /// The camera of the Standard Procedural Databases.
 pub const VIEW: View = View {
@@ -108,7 +108,7 @@ const SPOUT_LOWER: [Mirrored; 7] = [
 ];
 
 /// See [`Kind::Teapot`](super::Kind::Teapot).
-pub fn teapot(triangles: usize, progress: &Progress) -> Result<Mesh> {
+pub fn teapot(triangles: usize, progress: &SharedProgress) -> Result<Mesh> {
     let count = |cuts: usize| 66 * cuts * cuts - 8 * cuts;
     // With one cut, handle and spout would be flat.
     let mut cuts = 2;
@@ -132,7 +132,7 @@ pub fn teapot(triangles: usize, progress: &Progress) -> Result<Mesh> {
 }
 
 /// The checkerboard of `cuts` by `cuts` squares.
-fn board(scene: &mut Assembly, cuts: usize, progress: &Progress) -> Result<()> {
+fn board(scene: &mut Assembly, cuts: usize, progress: &SharedProgress) -> Result<()> {
     let colors =
         [0.5, 1.0].map(|grey: f32| scene.material(haines_material([grey; 3], 0.5, 0.5, 0.0, 1.5)));
     let first = scene.vertex_count() as u32;

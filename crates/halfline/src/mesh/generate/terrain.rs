@@ -11,8 +11,9 @@ use crate::geometry::vec3;
 use crate::mesh::{Mesh, Positions};
 
 use super::View;
-use super::fill::{Progress, fill, single};
+use super::fill::{fill, single};
 use super::noise::{Noise, smooth_step};
+use crate::progress::SharedProgress;
 
 /// Over the foothills towards the peaks.
 pub const VIEW: View = View {
@@ -23,7 +24,7 @@ pub const VIEW: View = View {
 };
 
 /// See [`Kind::Terrain`](super::Kind::Terrain).
-pub fn terrain(triangles: usize, seed: u64, progress: &Progress) -> Result<Mesh> {
+pub fn terrain(triangles: usize, seed: u64, progress: &SharedProgress) -> Result<Mesh> {
     let (columns, rows) = sides(triangles);
     let shape = Shape::new(seed, 2.0 / columns as f64);
     let positions = fill((columns + 1) * (rows + 1), triangles / 10 * 9, progress, |i| {

@@ -7,7 +7,7 @@ use crate::mesh::Mesh;
 
 use super::View;
 use super::assembly::{Assembly, Shape, haines_material};
-use super::fill::Progress;
+use crate::progress::SharedProgress;
 
 /// The camera of the Standard Procedural Databases.
 pub const VIEW: View = View {
@@ -22,7 +22,7 @@ const CORNERS: [Vec3; 4] =
     [vec3(-1.0, -1.0, 1.0), vec3(-1.0, 1.0, -1.0), vec3(1.0, -1.0, -1.0), vec3(1.0, 1.0, 1.0)];
 
 /// See [`Kind::Tetra`](super::Kind::Tetra).
-pub fn tetra(triangles: usize, progress: &Progress) -> Result<Mesh> {
+pub fn tetra(triangles: usize, progress: &SharedProgress) -> Result<Mesh> {
     // The nearest power of four: 4^k is nearer than 4^(k + 1) up to their geometric mean.
     let mut size_factor = 1;
     while triangles > 2 << (2 * size_factor) {
@@ -46,7 +46,7 @@ fn divide(
     center: Vec3,
     size: f64,
     material: u32,
-    progress: &Progress,
+    progress: &SharedProgress,
 ) -> Result<()> {
     if depth <= 1 {
         scene.shape(tetrahedron, material, |p| center + p * size);

@@ -13,7 +13,7 @@ use crate::mesh::Mesh;
 
 use super::View;
 use super::assembly::{Assembly, Shape, haines_material, nearest_tessellation};
-use super::fill::Progress;
+use crate::progress::SharedProgress;
 
 /// The camera of the Standard Procedural Databases.
 pub const VIEW: View = View {
@@ -38,7 +38,7 @@ const BRANCHES: [(f64, f64, f64); 2] = [(40.0, 90.0, 0.65), (25.0, 230.0, 0.70)]
 const SIDES: usize = 5;
 
 /// See [`Kind::Tree`](super::Kind::Tree).
-pub fn tree(triangles: usize, progress: &Progress) -> Result<Mesh> {
+pub fn tree(triangles: usize, progress: &SharedProgress) -> Result<Mesh> {
     let wanted = triangles.saturating_sub(2);
     let mut generations = 1;
     while count(generations + 1, SIDES, SIDES.div_ceil(2)) <= wanted {
@@ -141,7 +141,7 @@ impl Growth {
         generation: usize,
         place: &Place,
         radius: f64,
-        progress: &Progress,
+        progress: &SharedProgress,
     ) -> Result<()> {
         let Some((cone, sphere)) = self.shapes.get(generation) else { return Ok(()) };
         progress.check()?;
