@@ -14,7 +14,7 @@ use crate::geometry::{Hit, Vec3, vec3};
 impl PreparedRay {
     /// The hit of `face`, whose corners these are and which the line is known to meet: t, whether it
     /// is in the ray's range or not, and the weights of the second and third corner, to within
-    /// [`BARYCENTRIC_ERROR`].
+    /// 2^-40.
     ///
     /// From far away nearly all bits of the edge functions cancel. So the line is first followed to
     /// t as plain doubles give it, in twice the precision. Whether that point lies in the plane

@@ -142,7 +142,7 @@ impl Meeting {
         if self.signs.contains(&1) { Orientation::Back } else { Orientation::Front }
     }
 
-    /// True if the line, moved by an infinitesimal, crosses the triangle; see [`perturbed_sign`].
+    /// True if the line, moved by an infinitesimal, crosses the triangle.
     pub fn is_crossing(&self, ray: &PreparedRay) -> bool {
         let side = if self.signs.contains(&1) { 1 } else { -1 };
         (0..3).all(|i| {

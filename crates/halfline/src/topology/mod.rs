@@ -183,7 +183,7 @@ pub enum Target {
 }
 
 /// Finds how the triangles of `mesh` hang together. Reports
-/// [`Stage::Examine`](crate::progress::Stage::Examine).
+/// [`Stage::Examine`].
 ///
 /// # Errors
 /// [`Error::Invalid`] for a mesh of more than 2^29 triangles, and [`Error::Interrupted`].
