@@ -56,12 +56,13 @@ pub mod mesh;
 pub mod numeric;
 pub mod progress;
 pub mod scene;
+pub mod simd;
 pub mod textbook;
 pub mod topology;
 mod traverse;
 pub mod tree;
 
 pub use error::Error;
-pub use geometry::{Aabb, Hit, Ray, Vec3};
+pub use geometry::{Aabb, Hit, Ray, SingleHit, SingleRay, Vec3};
 pub use mesh::Mesh;
 pub use scene::Scene;

@@ -4,10 +4,11 @@ use std::time::{Duration, Instant};
 
 use crate::build::{self, BuildParameters};
 use crate::error::Result;
-use crate::geometry::{Hit, Ray};
+use crate::geometry::{Hit, Ray, SingleHit, SingleRay};
 use crate::mesh::Mesh;
 use crate::numeric::SurfacePoint;
 use crate::progress::{Observer, Silent};
+use crate::simd::Level;
 use crate::traverse;
 #[cfg(feature = "variants")]
 pub use crate::traverse::PlainCaster;
@@ -22,6 +23,7 @@ pub struct Scene {
     mesh: Mesh,
     tree: KdTree,
     build_time: Duration,
+    level: Level,
 }
 
 impl Scene {
@@ -45,15 +47,17 @@ impl Scene {
     ///
     /// # Errors
     /// As [`Scene::build`], and [`Error::Invalid`](crate::Error::Invalid) for parameters out of
-    /// range.
+    /// range, and for an instruction set that the environment variable
+    /// `HALFLINE_SIMD` names and this machine lacks.
     pub fn build_with(
         mesh: Mesh,
         parameters: &BuildParameters,
         observer: &dyn Observer,
     ) -> Result<Scene> {
         let start = Instant::now();
+        let level = Level::chosen()?;
         let tree = build::build(&mesh, parameters, observer)?;
-        Ok(Scene { mesh, tree, build_time: start.elapsed() })
+        Ok(Scene { mesh, tree, build_time: start.elapsed(), level })
     }
 
     /// The mesh.
@@ -74,6 +78,20 @@ impl Scene {
     /// How long the tree took to build.
     pub fn build_time(&self) -> Duration {
         self.build_time
+    }
+
+    /// The instruction set that batches are cast by.
+    pub fn simd_level(&self) -> Level {
+        self.level
+    }
+
+    /// Casts batches by another instruction set. No answer depends on it.
+    pub fn set_simd_level(&mut self, level: Level) {
+        self.level = level;
+    }
+
+    fn target(&self) -> traverse::Target<'_> {
+        traverse::Target { tree: &self.tree, mesh: &self.mesh, level: self.level }
     }
 
     /// For rays that come one after another, each depending on the last: one for each thread. A
@@ -115,11 +133,30 @@ impl Scene {
     /// # Errors
     /// [`Error::Interrupted`](crate::Error::Interrupted).
     pub fn intersect_observed(&self, rays: &[Ray], observer: &dyn Observer) -> Result<Vec<Hit>> {
-        traverse::intersect(&self.tree, &self.mesh, rays, observer)
+        traverse::intersect(self.target(), rays, observer)
     }
 
-    /// For each ray whether it hits anything, in parallel.
-    pub fn occluded(&self, rays: &[Ray]) -> Vec<bool> {
+    /// The closest hit of each ray in single precision: its face is that of [`Scene::intersect`], and
+    /// its t that t rounded. The quickest way, where barycentrics are not needed.
+    pub fn intersect_single(&self, rays: &[SingleRay]) -> Vec<SingleHit> {
+        unobserved(self.intersect_single_observed(rays, &Silent))
+    }
+
+    /// [`Scene::intersect_single`], reporting [`Stage::Trace`](crate::progress::Stage::Trace) in
+    /// rays.
+    ///
+    /// # Errors
+    /// [`Error::Interrupted`](crate::Error::Interrupted).
+    pub fn intersect_single_observed(
+        &self,
+        rays: &[SingleRay],
+        observer: &dyn Observer,
+    ) -> Result<Vec<SingleHit>> {
+        traverse::intersect_single(self.target(), rays, observer)
+    }
+
+    /// For each ray whether it hits anything, in parallel; rays may be in either precision.
+    pub fn occluded<R: Copy + Into<Ray> + Sync>(&self, rays: &[R]) -> Vec<bool> {
         unobserved(self.occluded_observed(rays, &Silent))
     }
 
@@ -127,8 +164,12 @@ impl Scene {
     ///
     /// # Errors
     /// [`Error::Interrupted`](crate::Error::Interrupted).
-    pub fn occluded_observed(&self, rays: &[Ray], observer: &dyn Observer) -> Result<Vec<bool>> {
-        traverse::occluded(&self.tree, &self.mesh, rays, observer)
+    pub fn occluded_observed<R: Copy + Into<Ray> + Sync>(
+        &self,
+        rays: &[R],
+        observer: &dyn Observer,
+    ) -> Result<Vec<bool>> {
+        traverse::occluded(self.target(), rays, observer)
     }
 
     /// All hits of each ray, in parallel, sorted by t and then by face: as [`Scene::all`].
@@ -141,7 +182,7 @@ impl Scene {
     /// # Errors
     /// [`Error::Interrupted`](crate::Error::Interrupted).
     pub fn intersect_all_observed(&self, rays: &[Ray], observer: &dyn Observer) -> Result<AllHits> {
-        traverse::intersect_all(&self.tree, &self.mesh, rays, observer)
+        traverse::intersect_all(self.target(), rays, observer)
     }
 
     /// The point of a hit, from which rays can start that do not hit the same face again:

@@ -15,8 +15,10 @@
 //!    among the cells (after P. Ganestam, M. Doggett, "SAH guided spatial split partitioning", CGF
 //!    2016, and Embree's builders). A cell that has used up its slots is grouped. So memory is
 //!    bounded whatever the input, and nothing is allocated for a node.
+//! 6. What is walked is the tree collapsed to nodes of eight children.
 
 mod clip;
+mod collapse;
 mod object_split;
 mod parameters;
 mod partition;

@@ -2,6 +2,7 @@
 
 use std::sync::atomic::{AtomicU64, Ordering};
 
+use super::collapse::collapse;
 use super::object_split::{divide_into_groups, halve};
 use super::parameters::BuildParameters;
 use super::partition::cut;
@@ -66,10 +67,12 @@ pub fn build(mesh: &Mesh, parameters: &BuildParameters, observer: &dyn Observer)
     let corners = root.bounds.min.into_iter().chain(root.bounds.max);
     let reach = corners.fold(0.0, |reach: f32, x| reach.max(x.abs()));
     let leaves = LeafBlocks::pack(mesh, &frame, &mut root, &mut children, &references);
+    let wide = collapse(root, &children, observer)?;
     Ok(KdTree {
         frame,
         root,
         children,
+        wide,
         reach,
         leaves,
         references: references.len(),

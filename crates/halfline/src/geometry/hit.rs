@@ -1,5 +1,7 @@
 //! What a ray hit.
 
+use bytemuck::{Pod, Zeroable};
+
 /// The face index of a miss.
 pub const NO_FACE: u32 = u32::MAX;
 
@@ -19,6 +21,27 @@ pub struct Hit {
 impl Hit {
     /// No hit.
     pub const MISS: Hit = Hit { t: f64::INFINITY, face: NO_FACE, u: 0.0, v: 0.0 };
+
+    /// True unless this is a miss.
+    pub fn is_hit(&self) -> bool {
+        self.face != NO_FACE
+    }
+}
+
+/// What a [`SingleRay`](super::SingleRay) hit. A miss has `t` infinite and `face` equal to
+/// [`NO_FACE`].
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+#[repr(C)]
+pub struct SingleHit {
+    /// Ray parameter: the double nearest to the exact one, rounded to single precision.
+    pub t: f32,
+    /// Index of the triangle in the mesh.
+    pub face: u32,
+}
+
+impl SingleHit {
+    /// No hit.
+    pub const MISS: SingleHit = SingleHit { t: f32::INFINITY, face: NO_FACE };
 
     /// True unless this is a miss.
     pub fn is_hit(&self) -> bool {

@@ -7,7 +7,7 @@ mod transform;
 mod vec3;
 
 pub use aabb::Aabb;
-pub use hit::{Hit, NO_FACE};
-pub use ray::Ray;
+pub use hit::{Hit, NO_FACE, SingleHit};
+pub use ray::{Ray, SingleRay};
 pub use transform::Transform;
 pub use vec3::{Vec3, vec3};

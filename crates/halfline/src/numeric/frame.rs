@@ -46,6 +46,12 @@ impl Frame {
         self.scale
     }
 
+    /// The user's coordinates of the frame's origin.
+    #[inline(always)]
+    pub fn offset(&self) -> Vec3 {
+        self.offset
+    }
+
     /// A point in the frame, each coordinate with a relative error of at most one rounding.
     pub fn point(&self, p: Vec3) -> Vec3 {
         (p - self.offset) * self.scale

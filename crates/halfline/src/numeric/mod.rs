@@ -46,6 +46,6 @@ pub use surface_point::SurfacePoint;
 pub(crate) use border::{Touch, complete_hits, has_edges};
 pub(crate) use double_double::UNIT_ROUNDOFF;
 pub(crate) use frame::{FRAME_ERROR, round_down, round_up};
-pub(crate) use power_of_two::{exponent_of, scale_by_power_of_two, scale_vector};
+pub(crate) use power_of_two::{exponent_of, scale_vector, two_powers};
 pub(crate) use ray_triangle::is_nearer;
 pub use ray_triangle::is_zero_area;

@@ -3,11 +3,13 @@
 use crate::geometry::Vec3;
 
 /// 2^exponent, for exponents of normal doubles.
+#[inline(always)]
 fn power_of_two(exponent: i32) -> f64 {
     f64::from_bits(((exponent + 1023) as u64) << 52)
 }
 
 /// The largest k with 2^k <= value, for a positive finite value, denormal or not.
+#[inline(always)]
 pub fn exponent_of(value: f64) -> i32 {
     let (value, shift) =
         if value < f64::MIN_POSITIVE { (value * power_of_two(54), 54) } else { (value, 0) };
@@ -17,7 +19,8 @@ pub fn exponent_of(value: f64) -> i32 {
 /// Two powers whose product is 2^exponent: a single one could itself be out of range. Beyond
 /// +-2000, where every product is infinite or zero but for factors near the other end, the
 /// exponent is cut off.
-fn two_powers(exponent: i32) -> [f64; 2] {
+#[inline(always)]
+pub fn two_powers(exponent: i32) -> [f64; 2] {
     let exponent = exponent.clamp(-2000, 2000);
     let half = exponent / 2;
     [power_of_two(half), power_of_two(exponent - half)]
@@ -30,6 +33,7 @@ pub fn scale_by_power_of_two(x: f64, exponent: i32) -> f64 {
 }
 
 /// [`scale_by_power_of_two`] for each coordinate.
+#[inline(always)]
 pub fn scale_vector(v: Vec3, exponent: i32) -> Vec3 {
     let [a, b] = two_powers(exponent);
     v * a * b

@@ -3,14 +3,18 @@
 use rayon::prelude::*;
 
 use super::caster::Caster;
+use super::query::{AnyHit, ClosestHit, Query};
+use super::queue::{Batch, Cast};
 use crate::error::Result;
-use crate::geometry::{Hit, Ray};
+use crate::geometry::{Hit, Ray, SingleHit, SingleRay};
 use crate::mesh::Mesh;
+use crate::numeric::PreparedRay;
 use crate::progress::{Observer, SharedProgress, Stage};
+use crate::simd::Level;
 use crate::tree::KdTree;
 
-/// Rays that one task casts: some milliseconds of work.
-const CHUNK: usize = 1 << 10;
+/// Rays that one task casts: about a millisecond of work, and many to each slot of the queues.
+const CHUNK: usize = 1 << 12;
 
 /// All hits of each ray of a batch, in compressed sparse rows: those of ray i are
 /// `hits[splits[i]..splits[i + 1]]`, sorted by t and then by face.
@@ -28,55 +32,133 @@ fn start(observer: &dyn Observer, rays: usize) -> SharedProgress<'_> {
     progress
 }
 
+/// What is asked about each ray, and the form of its answer.
+trait Question {
+    type Query: Query + Default;
+    type Answer: Copy + Send;
+    const MISS: Self::Answer;
+
+    /// The answer of a walk that is over.
+    fn answer(query: &mut Self::Query, ray: &PreparedRay) -> Self::Answer;
+}
+
+struct Closest;
+
+impl Question for Closest {
+    type Query = ClosestHit;
+    type Answer = Hit;
+    const MISS: Hit = Hit::MISS;
+
+    #[inline(always)]
+    fn answer(query: &mut ClosestHit, ray: &PreparedRay) -> Hit {
+        query.finish(ray)
+    }
+}
+
+struct ClosestSingle;
+
+impl Question for ClosestSingle {
+    type Query = ClosestHit;
+    type Answer = SingleHit;
+    const MISS: SingleHit = SingleHit::MISS;
+
+    #[inline(always)]
+    fn answer(query: &mut ClosestHit, ray: &PreparedRay) -> SingleHit {
+        query.finish_single(ray)
+    }
+}
+
+struct Any;
+
+impl Question for Any {
+    type Query = AnyHit;
+    type Answer = bool;
+    const MISS: bool = false;
+
+    #[inline(always)]
+    fn answer(query: &mut AnyHit, _ray: &PreparedRay) -> bool {
+        query.found
+    }
+}
+
+/// Rays and the places for their answers.
+struct Rows<'a, R, Q: Question> {
+    rays: &'a [R],
+    answers: &'a mut [Q::Answer],
+}
+
+impl<R: Copy + Into<Ray>, Q: Question> Batch for Rows<'_, R, Q> {
+    type Query = Q::Query;
+
+    #[inline(always)]
+    fn count(&self) -> usize {
+        self.rays.len()
+    }
+
+    #[inline(always)]
+    fn ray(&self, number: usize) -> Ray {
+        self.rays[number].into()
+    }
+
+    #[inline(always)]
+    fn finish(&mut self, number: usize, ray: &PreparedRay, query: &mut Q::Query) {
+        self.answers[number] = Q::answer(query, ray);
+    }
+}
+
 /// Casts each ray and puts its answer into the same place of the result.
-fn cast<A: Clone + Send>(
-    tree: &KdTree,
-    mesh: &Mesh,
-    rays: &[Ray],
-    miss: A,
+fn cast<R: Copy + Into<Ray> + Sync, Q: Question>(
+    Target { tree, mesh, level }: Target,
+    rays: &[R],
     observer: &dyn Observer,
-    answer: impl Fn(&mut Caster, &Ray) -> A + Sync,
-) -> Result<Vec<A>> {
+) -> Result<Vec<Q::Answer>> {
     let progress = start(observer, rays.len());
-    let mut answers = vec![miss; rays.len()];
+    let mut answers = vec![Q::MISS; rays.len()];
     answers.par_chunks_mut(CHUNK).zip(rays.par_chunks(CHUNK)).try_for_each(|(answers, rays)| {
-        observer.check()?;
-        let mut caster = Caster::new(tree, mesh);
-        for (slot, ray) in answers.iter_mut().zip(rays) {
-            *slot = answer(&mut caster, ray);
-        }
+        progress.check()?;
+        let batch = Rows::<R, Q> { rays, answers };
+        level.run(Cast { tree, mesh, batch });
         progress.advance(rays.len())
     })?;
     Ok(answers)
 }
 
+/// What rays are cast at, and by which instruction set.
+#[derive(Clone, Copy)]
+pub struct Target<'a> {
+    /// The tree.
+    pub tree: &'a KdTree,
+    /// The mesh.
+    pub mesh: &'a Mesh,
+    /// The instruction set.
+    pub level: Level,
+}
+
 /// The closest hit of each ray.
-pub fn intersect(
-    tree: &KdTree,
-    mesh: &Mesh,
-    rays: &[Ray],
+pub fn intersect(target: Target, rays: &[Ray], observer: &dyn Observer) -> Result<Vec<Hit>> {
+    cast::<_, Closest>(target, rays, observer)
+}
+
+/// The same in single precision.
+pub fn intersect_single(
+    target: Target,
+    rays: &[SingleRay],
     observer: &dyn Observer,
-) -> Result<Vec<Hit>> {
-    cast(tree, mesh, rays, Hit::MISS, observer, |caster, ray| caster.closest(ray))
+) -> Result<Vec<SingleHit>> {
+    cast::<_, ClosestSingle>(target, rays, observer)
 }
 
 /// For each ray whether it hits anything.
-pub fn occluded(
-    tree: &KdTree,
-    mesh: &Mesh,
-    rays: &[Ray],
+pub fn occluded<R: Copy + Into<Ray> + Sync>(
+    target: Target,
+    rays: &[R],
     observer: &dyn Observer,
 ) -> Result<Vec<bool>> {
-    cast(tree, mesh, rays, false, observer, |caster, ray| caster.any(ray))
+    cast::<_, Any>(target, rays, observer)
 }
 
 /// All hits of each ray.
-pub fn intersect_all(
-    tree: &KdTree,
-    mesh: &Mesh,
-    rays: &[Ray],
-    observer: &dyn Observer,
-) -> Result<AllHits> {
+pub fn intersect_all(target: Target, rays: &[Ray], observer: &dyn Observer) -> Result<AllHits> {
     let progress = start(observer, rays.len());
     let chunks: Vec<(Vec<usize>, Vec<Hit>)> = rays
         .par_chunks(CHUNK)
@@ -84,7 +166,7 @@ pub fn intersect_all(
             observer.check()?;
             let mut ends = Vec::with_capacity(rays.len());
             let mut hits = Vec::new();
-            let mut caster = Caster::new(tree, mesh);
+            let mut caster = Caster::new(target.tree, target.mesh);
             for ray in rays {
                 caster.all(ray, &mut hits);
                 ends.push(hits.len());

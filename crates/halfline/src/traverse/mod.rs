@@ -7,10 +7,12 @@ mod leaf_test;
 #[cfg(feature = "variants")]
 mod plain;
 mod query;
+mod queue;
 mod slab;
 mod walk;
+mod wide_ray;
 
-pub use batch::{AllHits, intersect, intersect_all, occluded};
+pub use batch::{AllHits, Target, intersect, intersect_all, intersect_single, occluded};
 pub use caster::Caster;
 #[cfg(feature = "variants")]
 pub use plain::PlainCaster;

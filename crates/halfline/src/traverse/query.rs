@@ -1,7 +1,7 @@
 //! The questions that one walk through the tree answers.
 
 use super::around_point::triangles_at;
-use crate::geometry::{Hit, Vec3};
+use crate::geometry::{Hit, SingleHit, Vec3};
 use crate::mesh::Mesh;
 use crate::numeric::{Bounds, Meeting, PreparedRay, Touch, complete_hits};
 use crate::tree::KdTree;
@@ -33,8 +33,20 @@ pub struct ClosestHit {
 impl ClosestHit {
     /// The hit, once the walk is over.
     #[inline]
-    pub fn finish(self, ray: &PreparedRay) -> Hit {
+    pub fn finish(&self, ray: &PreparedRay) -> Hit {
         if self.is_hit() { ray.hit(self.face, self.corners) } else { Hit::MISS }
+    }
+
+    /// The same in single precision: bounds that round to the same number are enough.
+    #[inline]
+    pub fn finish_single(&self, ray: &PreparedRay) -> SingleHit {
+        if !self.is_hit() {
+            return SingleHit::MISS;
+        }
+        let Bounds { low, high } = self.nearest;
+        let t = if low as f32 == high as f32 { low } else { ray.parameter(&self.corners) };
+        // A zero below one half of the smallest denormal would keep its sign.
+        SingleHit { t: t as f32 + 0.0, face: self.face }
     }
 
     fn is_hit(&self) -> bool {

@@ -4,8 +4,8 @@
 //! the single-precision boxes of the tree. Different here: the answer errs on one side only, by the
 //! bounds named below, so that no box is passed over that could hold a hit.
 
-use crate::geometry::Ray;
-use crate::numeric::{Frame, UNIT_ROUNDOFF, exponent_of, scale_by_power_of_two, scale_vector};
+use crate::geometry::{Ray, Vec3};
+use crate::numeric::{Frame, UNIT_ROUNDOFF, exponent_of, scale_vector, two_powers};
 use crate::tree::Bounds;
 
 /// A ray in the scene frame, ready for boxes.
@@ -13,17 +13,61 @@ use crate::tree::Bounds;
 /// Its parameter `s` is t times a power of two, chosen so that the largest component of the
 /// direction lies in [1, 2): neither a tiny nor a huge direction can overflow.
 pub struct SlabRay {
+    /// The origin and the scaled direction in the frame.
+    pub origin: Vec3,
+    /// Its largest component lies in [1, 2).
+    pub direction: Vec3,
     /// The origin, moved along each axis so that the near plane seems nearer by [`ORIGIN_ERROR`].
     near_origin: [f64; 3],
     /// The same so that the far plane seems farther.
     far_origin: [f64; 3],
-    inverse_direction: [f64; 3],
+    /// Limited to [`STEEPEST`].
+    pub inverse_direction: [f64; 3],
     /// For each axis whether the direction is negative.
     pub is_negative: [bool; 3],
-    exponent: i32,
     s_min: f64,
+    /// From t to s.
+    pub scale: Scale,
+}
+
+/// What takes t to s.
+#[derive(Clone, Copy)]
+pub struct Scale {
+    /// Two powers of two, since their product may be out of range.
+    factors: [f64; 2],
     /// The s of the smallest denormal t: no rounding of a denormal t is larger.
     smallest_s: f64,
+}
+
+impl Scale {
+    fn new(exponent: i32) -> Scale {
+        let factors = two_powers(exponent);
+        Scale { factors, smallest_s: f64::from_bits(1) * factors[0] * factors[1] }
+    }
+
+    /// That of a factor whose products with t neither overflow nor underflow where it matters.
+    #[inline(always)]
+    pub fn by(factor: f64) -> Scale {
+        Scale { factors: [factor, 1.0], smallest_s: 0.0 }
+    }
+
+    /// Of a ray that meets everything.
+    const UNBOUNDED: Scale = Scale { factors: [f64::INFINITY; 2], smallest_s: 0.0 };
+
+    /// False for a ray that meets everything.
+    #[inline(always)]
+    pub fn is_bounded(&self) -> bool {
+        self.factors[0] < f64::INFINITY
+    }
+
+    /// The largest s at which a box may be entered, for hits with t up to `t_max`.
+    #[inline(always)]
+    pub fn limit(&self, t_max: f64) -> f64 {
+        if !self.is_bounded() {
+            return f64::INFINITY;
+        }
+        widened(t_max * self.factors[0] * self.factors[1]) + self.smallest_s
+    }
 }
 
 /// The origin's relative error: the frame's subtraction, and the two roundings of moving it by
@@ -50,6 +94,7 @@ const DISTANCE_ERROR: f64 = 16.0 * UNIT_ROUNDOFF;
 
 impl SlabRay {
     /// Prepares a valid ray.
+    #[inline(always)]
     pub fn new(ray: &Ray, frame: &Frame) -> SlabRay {
         let size = exponent_of(ray.direction.abs().max_element());
         let direction = scale_vector(ray.direction, -size);
@@ -58,16 +103,17 @@ impl SlabRay {
             return SlabRay::through_everything();
         }
         let exponent = size + exponent_of(frame.scale());
-        let smallest_s = scale_by_power_of_two(f64::from_bits(1), exponent);
-        let s_min = scale_by_power_of_two(ray.t_min, exponent) - smallest_s;
+        let scale = Scale::new(exponent);
+        let s_min = ray.t_min * scale.factors[0] * scale.factors[1] - scale.smallest_s;
         let mut slab_ray = SlabRay {
+            origin,
+            direction,
             near_origin: [0.0; 3],
             far_origin: [0.0; 3],
             inverse_direction: [0.0; 3],
             is_negative: [false; 3],
-            exponent,
             s_min,
-            smallest_s,
+            scale,
         };
         for axis in 0..3 {
             let inverse = (1.0 / direction[axis]).clamp(-STEEPEST, STEEPEST);
@@ -84,23 +130,15 @@ impl SlabRay {
     /// A ray that meets every box, and each at s = 0: what is tested then decides.
     fn through_everything() -> SlabRay {
         SlabRay {
+            origin: Vec3::ZERO,
+            direction: Vec3::splat(1.0),
             near_origin: [0.0; 3],
             far_origin: [0.0; 3],
             inverse_direction: [0.0; 3],
             is_negative: [false; 3],
-            exponent: i32::MAX,
             s_min: 0.0,
-            smallest_s: 0.0,
+            scale: Scale::UNBOUNDED,
         }
-    }
-
-    /// The largest s at which a box may be entered, for hits with t up to `t_max`.
-    #[inline]
-    pub fn limit(&self, t_max: f64) -> f64 {
-        if self.exponent == i32::MAX {
-            return f64::INFINITY;
-        }
-        widened(scale_by_power_of_two(t_max, self.exponent)) + self.smallest_s
     }
 
     /// A lower bound for the s at which the ray enters the box, or infinity if it misses it or

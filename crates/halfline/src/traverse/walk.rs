@@ -48,7 +48,7 @@ pub fn walk<T: LeafTest<Q>, Q: Search>(
     counters: &mut RayCounters,
 ) {
     let slab_ray = SlabRay::new(ray, &tree.frame);
-    let mut limit = slab_ray.limit(ray.t_max);
+    let mut limit = slab_ray.scale.limit(ray.t_max);
     if slab_ray.entry(&tree.root.bounds, limit) == f64::INFINITY {
         return;
     }
@@ -87,7 +87,7 @@ pub fn walk<T: LeafTest<Q>, Q: Search>(
                 if query.is_done() {
                     return;
                 }
-                limit = slab_ray.limit(query.t_max(ray.t_max));
+                limit = slab_ray.scale.limit(query.t_max(ray.t_max));
             }
         }
 

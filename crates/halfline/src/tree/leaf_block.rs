@@ -4,7 +4,7 @@ use bytemuck::{Pod, Zeroable};
 use rayon::prelude::*;
 
 use super::{BLOCK_SIZE, Children, Node, NodeKind};
-use crate::geometry::{Vec3, vec3};
+use crate::geometry::{NO_FACE, Vec3, vec3};
 use crate::mesh::Mesh;
 use crate::numeric::{CornerLanes, Frame};
 
@@ -13,7 +13,8 @@ use crate::numeric::{CornerLanes, Frame};
 ///
 /// Corners and not edges, so that the same arithmetic on a shared vertex gives the same result for
 /// every triangle that uses it. They are frame coordinates, rounded to the nearest single-precision
-/// number: good enough to pass over most triangles. Lanes beyond the leaf's count are zero.
+/// number: good enough to pass over most triangles. Lanes beyond the leaf's count repeat the first
+/// triangle, as [`NO_FACE`].
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
 #[repr(C, align(64))]
 pub struct LeafBlock {
@@ -25,9 +26,10 @@ pub struct LeafBlock {
 
 impl LeafBlock {
     fn of(mesh: &Mesh, frame: &Frame, faces: &[u32]) -> LeafBlock {
-        let mut block = LeafBlock::zeroed();
-        for (lane, &face) in faces.iter().enumerate() {
-            block.faces[lane] = face;
+        let mut block = LeafBlock { faces: [NO_FACE; BLOCK_SIZE], ..LeafBlock::zeroed() };
+        block.faces[..faces.len()].copy_from_slice(faces);
+        for lane in 0..BLOCK_SIZE {
+            let Some(&face) = faces.get(lane).or(faces.first()) else { break };
             for (number, corner) in mesh.corners(face).into_iter().enumerate() {
                 let corner = frame.point(corner);
                 for axis in 0..3 {

@@ -5,12 +5,14 @@ mod leaf_block;
 mod node;
 mod on_line;
 mod statistics;
+mod wide_node;
 
 pub use bounds::Bounds;
 pub use leaf_block::{LeafBlock, LeafBlocks};
 pub use node::{Children, Node, NodeKind, Split};
 pub use on_line::FacesOnLine;
 pub use statistics::TreeStatistics;
+pub use wide_node::{WideNode, WideTree, Word};
 
 use crate::numeric::Frame;
 
@@ -34,6 +36,8 @@ pub struct KdTree {
     pub root: Node,
     /// All other nodes, as pairs of siblings, depth first.
     pub children: Vec<Children>,
+    /// The same, collapsed to nodes of up to eight children: what rays walk.
+    pub wide: WideTree,
     /// No frame coordinate of a corner is larger.
     pub reach: f32,
     /// The triangles of the leaves.
@@ -58,6 +62,7 @@ impl KdTree {
     /// Bytes of the nodes, the leaves, and the faces on a line.
     pub fn bytes(&self) -> usize {
         size_of_val(&self.children[..])
+            + size_of_val(&self.wide.nodes[..])
             + size_of_val(&self.leaves.blocks[..])
             + self.on_line.bytes()
     }

@@ -1,0 +1,114 @@
+//! AVX2 with fused multiply-add: eight lanes in one register.
+
+#![allow(unsafe_code)]
+
+use std::arch::x86_64::*;
+
+use super::{Job, LANES, LINE, Simd};
+
+/// The witness: exists only inside of [`run`].
+#[derive(Clone, Copy)]
+pub struct Avx2(());
+
+/// Runs a job compiled for AVX2.
+///
+/// # Safety
+/// The machine has the instructions.
+#[target_feature(enable = "avx2,fma,bmi1,bmi2,popcnt,lzcnt")]
+pub unsafe fn run<J: Job>(job: J) -> J::Output {
+    job.run(Avx2(()))
+}
+
+/// For each set of lanes their numbers, those of the set first.
+static FRONT: [[u8; LANES]; 256] = front();
+
+const fn front() -> [[u8; LANES]; 256] {
+    let mut table = [[0; LANES]; 256];
+    let mut set = 0;
+    while set < 256 {
+        let (mut lane, mut count) = (0, 0);
+        while lane < LANES {
+            if set >> lane & 1 == 1 {
+                table[set][count] = lane as u8;
+                count += 1;
+            }
+            lane += 1;
+        }
+        set += 1;
+    }
+    table
+}
+
+impl Simd for Avx2 {
+    type Floats = __m256;
+
+    #[inline(always)]
+    fn splat(self, x: f32) -> __m256 {
+        // SAFETY: the witness stands for the instructions.
+        unsafe { _mm256_set1_ps(x) }
+    }
+
+    #[inline(always)]
+    fn load(self, array: &[f32; LANES]) -> __m256 {
+        // SAFETY: as above; the array is as long as the load.
+        unsafe { _mm256_loadu_ps(array.as_ptr()) }
+    }
+
+    #[inline(always)]
+    fn multiply_add(self, a: __m256, b: __m256, c: __m256) -> __m256 {
+        // SAFETY: the witness stands for the instructions.
+        unsafe { _mm256_fmadd_ps(a, b, c) }
+    }
+
+    #[inline(always)]
+    fn least(self, a: __m256, b: __m256) -> __m256 {
+        // SAFETY: the witness stands for the instructions.
+        unsafe { _mm256_min_ps(a, b) }
+    }
+
+    #[inline(always)]
+    fn largest(self, a: __m256, b: __m256) -> __m256 {
+        // SAFETY: the witness stands for the instructions.
+        unsafe { _mm256_max_ps(a, b) }
+    }
+
+    #[inline(always)]
+    fn push(
+        self,
+        near: __m256,
+        far: __m256,
+        words: &[u32; LANES],
+        lanes: u32,
+        nears: &mut [f32; LANES],
+        kept: &mut [u32; LANES],
+    ) -> usize {
+        // SAFETY: the witness stands for the instructions; the arrays are as long as loads and
+        // stores; the table has an entry for each mask of eight bits.
+        unsafe {
+            // Bring the lanes into their order, then those that are met to the front.
+            let steps = _mm256_setr_epi32(0, 3, 6, 9, 12, 15, 18, 21);
+            let order = _mm256_srlv_epi32(_mm256_set1_epi32(lanes as i32), steps);
+            let near = _mm256_permutevar8x32_ps(near, order);
+            let far = _mm256_permutevar8x32_ps(far, order);
+            let words = _mm256_loadu_si256(words.as_ptr().cast());
+            let words = _mm256_permutevar8x32_epi32(words, order);
+            let mask = _mm256_movemask_ps(_mm256_cmp_ps::<_CMP_LE_OQ>(near, far)) as usize;
+            let front = _mm_loadl_epi64(FRONT.as_ptr().add(mask & 0xff).cast());
+            let front = _mm256_cvtepu8_epi32(front);
+            let near = _mm256_permutevar8x32_ps(near, front);
+            let words = _mm256_permutevar8x32_epi32(words, front);
+            _mm256_storeu_ps(nears.as_mut_ptr(), near);
+            _mm256_storeu_si256(kept.as_mut_ptr().cast(), words);
+            mask.count_ones() as usize
+        }
+    }
+
+    #[inline(always)]
+    fn prefetch(self, address: usize, lines: usize) {
+        for line in 0..lines {
+            let place = std::ptr::without_provenance::<i8>(address.wrapping_add(line * LINE));
+            // SAFETY: a prefetch reads nothing, and may name any address.
+            unsafe { _mm_prefetch::<_MM_HINT_T0>(place) }
+        }
+    }
+}

@@ -1,0 +1,93 @@
+//! AVX-512 on registers of 256 bits: the masks and the compression are what it adds. Nodes and leaves
+//! are eight wide, and registers of 512 bits cost twice as much on many machines that have them.
+
+#![allow(unsafe_code)]
+
+use std::arch::x86_64::*;
+
+use super::{Job, LANES, LINE, Simd};
+
+/// The witness: exists only inside of [`run`].
+#[derive(Clone, Copy)]
+pub struct Avx512(());
+
+/// Runs a job compiled for AVX-512.
+///
+/// # Safety
+/// The machine has the instructions.
+#[target_feature(enable = "avx512f,avx512vl,avx512dq,avx512bw,avx2,fma,bmi1,bmi2,popcnt,lzcnt")]
+pub unsafe fn run<J: Job>(job: J) -> J::Output {
+    job.run(Avx512(()))
+}
+
+impl Simd for Avx512 {
+    type Floats = __m256;
+
+    #[inline(always)]
+    fn splat(self, x: f32) -> __m256 {
+        // SAFETY: the witness stands for the instructions.
+        unsafe { _mm256_set1_ps(x) }
+    }
+
+    #[inline(always)]
+    fn load(self, array: &[f32; LANES]) -> __m256 {
+        // SAFETY: as above; the array is as long as the load.
+        unsafe { _mm256_loadu_ps(array.as_ptr()) }
+    }
+
+    #[inline(always)]
+    fn multiply_add(self, a: __m256, b: __m256, c: __m256) -> __m256 {
+        // SAFETY: the witness stands for the instructions.
+        unsafe { _mm256_fmadd_ps(a, b, c) }
+    }
+
+    #[inline(always)]
+    fn least(self, a: __m256, b: __m256) -> __m256 {
+        // SAFETY: the witness stands for the instructions.
+        unsafe { _mm256_min_ps(a, b) }
+    }
+
+    #[inline(always)]
+    fn largest(self, a: __m256, b: __m256) -> __m256 {
+        // SAFETY: the witness stands for the instructions.
+        unsafe { _mm256_max_ps(a, b) }
+    }
+
+    #[inline(always)]
+    fn push(
+        self,
+        near: __m256,
+        far: __m256,
+        words: &[u32; LANES],
+        lanes: u32,
+        nears: &mut [f32; LANES],
+        kept: &mut [u32; LANES],
+    ) -> usize {
+        // SAFETY: the witness stands for the instructions; the arrays are as long as loads and
+        // stores.
+        unsafe {
+            // Bring the lanes into their order, then those that are met to the front. (Compression
+            // into memory is microcode on some machines; into a register it is not.)
+            let steps = _mm256_setr_epi32(0, 3, 6, 9, 12, 15, 18, 21);
+            let order = _mm256_srlv_epi32(_mm256_set1_epi32(lanes as i32), steps);
+            let near = _mm256_permutexvar_ps(order, near);
+            let far = _mm256_permutexvar_ps(order, far);
+            let words = _mm256_loadu_si256(words.as_ptr().cast());
+            let words = _mm256_permutexvar_epi32(order, words);
+            let mask = _mm256_cmp_ps_mask::<_CMP_LE_OQ>(near, far);
+            _mm256_storeu_ps(nears.as_mut_ptr(), _mm256_maskz_compress_ps(mask, near));
+            let words = _mm256_maskz_compress_epi32(mask, words);
+            _mm256_storeu_si256(kept.as_mut_ptr().cast(), words);
+            mask.count_ones() as usize
+        }
+    }
+
+    #[inline(always)]
+    fn prefetch(self, address: usize, lines: usize) {
+        for line in 0..lines {
+            let place = std::ptr::without_provenance::<i8>(address.wrapping_add(line * LINE));
+            // SAFETY: a prefetch reads nothing, and may name any address.
+            unsafe { _mm_prefetch::<_MM_HINT_T0>(place) }
+        }
+    }
+}

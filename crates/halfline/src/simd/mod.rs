@@ -1,0 +1,237 @@
+//! The vector units: one narrow trait, one witness for each instruction set, one dispatch.
+//!
+//! Kernels are written once, over [`Simd`], and marked `inline(always)`; [`Level::run`] compiles
+//! them for each instruction set and calls the one that it stands for. What differs between the sets
+//! is rounding alone (fused products and sums), and only where either rounding is accounted for: all
+//! of them give the same answers. The idea of a witness, a value that exists only where its
+//! instructions do, is that of the crate `pulp`.
+
+#[cfg(target_arch = "x86_64")]
+mod avx2;
+#[cfg(target_arch = "x86_64")]
+mod avx512;
+mod portable;
+
+use crate::error::{Error, Result};
+
+/// Lanes of a vector, children of a node, triangles of a leaf.
+pub const LANES: usize = 8;
+
+/// Bytes of a cache line.
+const LINE: usize = 64;
+
+/// The operations of an instruction set, on eight single-precision numbers.
+///
+/// An index vector is packed into 24 bits, three for each lane.
+pub trait Simd: Copy + Send + Sync {
+    /// Eight numbers.
+    type Floats: Copy;
+
+    /// The same number in each lane.
+    fn splat(self, x: f32) -> Self::Floats;
+
+    /// The numbers of an array.
+    fn load(self, array: &[f32; LANES]) -> Self::Floats;
+
+    /// `a * b + c`, rounded once or twice.
+    fn multiply_add(self, a: Self::Floats, b: Self::Floats, c: Self::Floats) -> Self::Floats;
+
+    /// The smaller of two numbers that are not NaN.
+    fn least(self, a: Self::Floats, b: Self::Floats) -> Self::Floats;
+
+    /// The larger of two numbers that are not NaN.
+    fn largest(self, a: Self::Floats, b: Self::Floats) -> Self::Floats;
+
+    /// For each lane where `near <= far`, in the order of `lanes`, writes `near` and the word of that
+    /// lane to the front of `nears` and `kept`. Returns how many; the rest of both is undefined.
+    fn push(
+        self,
+        near: Self::Floats,
+        far: Self::Floats,
+        words: &[u32; LANES],
+        lanes: u32,
+        nears: &mut [f32; LANES],
+        kept: &mut [u32; LANES],
+    ) -> usize;
+
+    /// Asks for some cache lines from an address on without waiting for them. Nothing is read, so
+    /// any address will do.
+    fn prefetch(self, address: usize, lines: usize);
+}
+
+/// Work that is compiled for every instruction set.
+pub trait Job {
+    /// What comes of it.
+    type Output;
+
+    /// Does the work. To be marked `inline(always)`, as everything that it calls and that should
+    /// be compiled for the instruction set.
+    fn run<S: Simd>(self, simd: S) -> Self::Output;
+}
+
+/// An instruction set that this machine has.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Level(Set);
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Set {
+    Scalar,
+    #[cfg(target_arch = "x86_64")]
+    Avx2,
+    #[cfg(target_arch = "x86_64")]
+    Avx512,
+}
+
+/// The environment variable that forces an instruction set.
+const VARIABLE: &str = "HALFLINE_SIMD";
+
+impl Level {
+    /// Plain Rust, which the compiler vectorises as far as every machine of this kind allows.
+    pub const SCALAR: Level = Level(Set::Scalar);
+
+    /// All instruction sets of this machine, the best last.
+    pub fn available() -> Vec<Level> {
+        let mut levels = vec![Level::SCALAR];
+        #[cfg(target_arch = "x86_64")]
+        {
+            use std::arch::is_x86_feature_detected as has;
+            let has_avx2 = has!("avx2") && has!("fma") && has!("bmi1") && has!("bmi2");
+            if has_avx2 && has!("popcnt") && has!("lzcnt") {
+                levels.push(Level(Set::Avx2));
+                let has_512 = has!("avx512f") && has!("avx512vl") && has!("avx512dq");
+                if has_512 && has!("avx512bw") {
+                    levels.push(Level(Set::Avx512));
+                }
+            }
+        }
+        levels
+    }
+
+    /// The best instruction set of this machine, or the one that the environment variable
+    /// `HALFLINE_SIMD` names: `scalar`, `avx2` or `avx512`.
+    ///
+    /// # Errors
+    /// [`Error::Invalid`] for any other value, and for an instruction set that this machine lacks.
+    pub fn chosen() -> Result<Level> {
+        let levels = Level::available();
+        let best = levels[levels.len() - 1];
+        let Some(value) = std::env::var_os(VARIABLE).filter(|value| !value.is_empty()) else {
+            return Ok(best);
+        };
+        let names = levels.iter().map(|level| level.name()).collect::<Vec<_>>().join(", ");
+        levels.into_iter().find(|level| value == level.name()).ok_or_else(|| {
+            let value = value.to_string_lossy();
+            Error::invalid(VARIABLE, format!("is {value:?}; this machine has {names}"))
+        })
+    }
+
+    /// Its name, as the environment variable has it.
+    pub fn name(self) -> &'static str {
+        match self.0 {
+            Set::Scalar => "scalar",
+            #[cfg(target_arch = "x86_64")]
+            Set::Avx2 => "avx2",
+            #[cfg(target_arch = "x86_64")]
+            Set::Avx512 => "avx512",
+        }
+    }
+
+    /// Does the work with this instruction set.
+    #[allow(unsafe_code)]
+    pub(crate) fn run<J: Job>(self, job: J) -> J::Output {
+        match self.0 {
+            Set::Scalar => job.run(portable::Portable),
+            // SAFETY: `available` made this level, having found its instructions on this machine.
+            #[cfg(target_arch = "x86_64")]
+            Set::Avx2 => unsafe { avx2::run(job) },
+            // SAFETY: as above.
+            #[cfg(target_arch = "x86_64")]
+            Set::Avx512 => unsafe { avx512::run(job) },
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    struct Push {
+        near: [f32; LANES],
+        far: [f32; LANES],
+        words: [u32; LANES],
+        lanes: u32,
+    }
+
+    impl Job for &Push {
+        type Output = Vec<(f32, u32)>;
+
+        #[inline(always)]
+        fn run<S: Simd>(self, simd: S) -> Vec<(f32, u32)> {
+            let (mut nears, mut kept) = ([f32::NAN; LANES], [u32::MAX; LANES]);
+            let (near, far) = (simd.load(&self.near), simd.load(&self.far));
+            let count = simd.push(near, far, &self.words, self.lanes, &mut nears, &mut kept);
+            nears.into_iter().zip(kept).take(count).collect()
+        }
+    }
+
+    #[test]
+    fn every_set_keeps_the_lanes_that_are_met_and_in_their_order() {
+        let orders = [[0, 1, 2, 3, 4, 5, 6, 7], [7, 6, 5, 4, 3, 2, 1, 0], [3, 1, 4, 0, 5, 2, 6, 7]];
+        for (mask, order) in (0..256u32).flat_map(|mask| orders.map(|order| (mask, order))) {
+            let near: [f32; LANES] = std::array::from_fn(|lane| lane as f32 * 0.5 - 1.0);
+            let far = std::array::from_fn(|lane| match (mask >> lane & 1, lane % 3) {
+                (0, 0) => f32::NEG_INFINITY,
+                (0, _) => near[lane].next_down(),
+                (_, 0) => near[lane],
+                _ => f32::INFINITY,
+            });
+            let words = std::array::from_fn(|lane| 100 + lane as u32);
+            let lanes = order.iter().rev().fold(0, |bits, lane| bits << 3 | lane);
+            let expected: Vec<(f32, u32)> = order
+                .iter()
+                .map(|&lane| lane as usize)
+                .filter(|&lane| mask >> lane & 1 == 1)
+                .map(|lane| (near[lane], words[lane]))
+                .collect();
+            let job = Push { near, far, words, lanes };
+            for level in Level::available() {
+                assert_eq!(level.run(&job), expected, "{} {mask:b} {order:?}", level.name());
+            }
+        }
+    }
+
+    struct Arithmetic([[f32; LANES]; 3]);
+
+    impl Job for &Arithmetic {
+        type Output = [[f32; LANES]; 3];
+
+        #[inline(always)]
+        fn run<S: Simd>(self, simd: S) -> [[f32; LANES]; 3] {
+            let [a, b, c] = [simd.load(&self.0[0]), simd.load(&self.0[1]), simd.load(&self.0[2])];
+            let infinite = simd.splat(f32::INFINITY);
+            let read = |floats| {
+                let (mut nears, mut kept) = ([0.0; LANES], [0; LANES]);
+                let all = 0o76_543_210;
+                assert_eq!(simd.push(floats, infinite, &[0; 8], all, &mut nears, &mut kept), 8);
+                nears
+            };
+            [read(simd.multiply_add(a, b, c)), read(simd.least(a, b)), read(simd.largest(a, b))]
+        }
+    }
+
+    #[test]
+    fn every_set_computes_lane_by_lane() {
+        let (mut a, mut b, mut c) = ([0.0; LANES], [0.0; LANES], [0.0; LANES]);
+        for lane in 0..LANES {
+            (a[lane], b[lane], c[lane]) = (lane as f32 - 3.0, 2.5 - lane as f32, lane as f32 * 4.0);
+        }
+        let expected = [
+            std::array::from_fn(|lane| a[lane] * b[lane] + c[lane]),
+            std::array::from_fn(|lane| a[lane].min(b[lane])),
+            std::array::from_fn(|lane| a[lane].max(b[lane])),
+        ];
+        for level in Level::available() {
+            assert_eq!(level.run(&Arithmetic([a, b, c])), expected, "{}", level.name());
+        }
+    }
+}

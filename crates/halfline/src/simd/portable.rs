@@ -1,0 +1,70 @@
+//! No instruction set in particular: loops over lanes, which compilers vectorise.
+
+use super::{LANES, Simd};
+
+/// The witness that needs nothing.
+#[derive(Clone, Copy)]
+pub struct Portable;
+
+#[inline(always)]
+fn each(value: impl Fn(usize) -> f32) -> [f32; LANES] {
+    let mut lanes = [0.0; LANES];
+    for lane in 0..LANES {
+        lanes[lane] = value(lane);
+    }
+    lanes
+}
+
+impl Simd for Portable {
+    type Floats = [f32; LANES];
+
+    #[inline(always)]
+    fn splat(self, x: f32) -> [f32; LANES] {
+        [x; LANES]
+    }
+
+    #[inline(always)]
+    fn load(self, array: &[f32; LANES]) -> [f32; LANES] {
+        *array
+    }
+
+    /// Not fused: without the instruction that would be a slow call.
+    #[inline(always)]
+    fn multiply_add(self, a: [f32; LANES], b: [f32; LANES], c: [f32; LANES]) -> [f32; LANES] {
+        each(|lane| a[lane] * b[lane] + c[lane])
+    }
+
+    #[inline(always)]
+    fn least(self, a: [f32; LANES], b: [f32; LANES]) -> [f32; LANES] {
+        each(|lane| if a[lane] < b[lane] { a[lane] } else { b[lane] })
+    }
+
+    #[inline(always)]
+    fn largest(self, a: [f32; LANES], b: [f32; LANES]) -> [f32; LANES] {
+        each(|lane| if a[lane] > b[lane] { a[lane] } else { b[lane] })
+    }
+
+    #[inline(always)]
+    fn push(
+        self,
+        near: [f32; LANES],
+        far: [f32; LANES],
+        words: &[u32; LANES],
+        lanes: u32,
+        nears: &mut [f32; LANES],
+        kept: &mut [u32; LANES],
+    ) -> usize {
+        // Write every lane, and go on only where it is kept: no branch depends on the ray.
+        let mut count = 0;
+        for step in 0..LANES {
+            let lane = (lanes >> (3 * step) & 7) as usize;
+            nears[count] = near[lane];
+            kept[count] = words[lane];
+            count += usize::from(near[lane] <= far[lane]);
+        }
+        count
+    }
+
+    #[inline(always)]
+    fn prefetch(self, _address: usize, _lines: usize) {}
+}

@@ -1,0 +1,360 @@
+//! Many rays at once, each on a walk of its own.
+//!
+//! A walk waits for memory at nearly every step, so [`SLOTS`] rays are under way at a time: each step
+//! of one ray ends by asking for the cache lines of its next, and while they come the others have
+//! their turns. Rays stand in queues by the kind of work that is next:
+//!
+//! ```text
+//! NODE  meet eight boxes at once; push those that are met, the nearest last; pop; prefetch
+//! LEAF  filter eight triangles at once; where none is left, pop and prefetch, else on to HIT
+//! HIT   decide exactly what is left; a hit drops all that waits beyond it; pop; prefetch
+//! END   take the answer; give the slot to the next ray
+//! ```
+//!
+//! After each turn the rays are divided by what they popped, without a branch that depends on a
+//! ray: such branches cannot be predicted, and cost as much as a node.
+//!
+//! Different from V. Havran's stack: what waits beyond a hit is dropped at the hit, so that what is
+//! popped needs no test. Different from wavefront tracers (S. Laine, T. Karras, T. Aila, "Megakernels
+//! Considered Harmful", HPG 2013): the queues hold few enough rays to stay in the first caches.
+
+use super::query::{Query, Search};
+use super::wide_ray::{WideRay, World};
+use crate::geometry::{NO_FACE, Ray, Vec3};
+use crate::mesh::Mesh;
+use crate::numeric::{LeafFilter, PreparedRay};
+use crate::simd::{Job, LANES, Simd};
+use crate::tree::{KdTree, LeafBlock, WideNode, Word};
+
+/// Rays under way at a time.
+const SLOTS: usize = 64;
+
+/// A batch: rays by number, and what is asked about each.
+pub trait Batch {
+    /// What is asked.
+    type Query: Query + Default;
+
+    /// How many rays there are.
+    fn count(&self) -> usize;
+
+    /// A ray; those of one number are always the same.
+    fn ray(&self, number: usize) -> Ray;
+
+    /// Takes the answer of a walk that met some triangle's line.
+    fn finish(&mut self, number: usize, ray: &PreparedRay, query: &mut Self::Query);
+}
+
+/// What waits on the walk of one ray. Writes are eight wide, so there is that much room at the end.
+struct Stack {
+    words: Vec<u32>,
+    /// Where the ray enters what waits, at least.
+    nears: Vec<f32>,
+    waiting: usize,
+}
+
+impl Stack {
+    fn new(most_waiting: usize) -> Stack {
+        // The end of the walk waits below everything else.
+        let room = most_waiting + 1 + LANES;
+        Stack { words: vec![Word::END.0; room], nears: vec![f32::NEG_INFINITY; room], waiting: 1 }
+    }
+
+    /// The eight places from the first free one on.
+    #[inline(always)]
+    fn free(&mut self) -> (&mut [f32; LANES], &mut [u32; LANES]) {
+        let nears = self.nears[self.waiting..].first_chunk_mut();
+        let words = self.words[self.waiting..].first_chunk_mut();
+        let (Some(nears), Some(words)) = (nears, words) else {
+            unreachable!("the builder bounds what waits")
+        };
+        (nears, words)
+    }
+
+    #[inline(always)]
+    fn pop(&mut self) -> Word {
+        self.waiting -= 1;
+        Word(self.words[self.waiting])
+    }
+
+    /// Drops what is entered beyond `limit`.
+    #[inline(always)]
+    fn drop_beyond(&mut self, limit: f32) {
+        let mut kept = 1;
+        for i in 1..self.waiting {
+            let (word, near) = (self.words[i], self.nears[i]);
+            self.words[kept] = word;
+            self.nears[kept] = near;
+            kept += usize::from(near <= limit);
+        }
+        self.waiting = kept;
+    }
+}
+
+/// A ray on its way.
+#[repr(align(64))]
+struct Walk {
+    wide: WideRay,
+    /// What comes next.
+    word: Word,
+    /// At a leaf, a bit for each triangle that the line may meet.
+    candidates: u32,
+    number: usize,
+    stack: Stack,
+    /// Once the ray has come to a leaf.
+    filter: Option<LeafFilter>,
+}
+
+/// What only rays need that may hit.
+struct Decision<Q> {
+    prepared: Option<PreparedRay>,
+    query: Q,
+}
+
+/// Slots by number.
+struct Queue {
+    slots: [u8; SLOTS + 1],
+    length: usize,
+}
+
+impl Queue {
+    const EMPTY: Queue = Queue { slots: [0; SLOTS + 1], length: 0 };
+
+    /// Writes always and keeps it if told so: no branch depends on the ray.
+    #[inline(always)]
+    fn push_if(&mut self, slot: u8, is_kept: bool) {
+        self.slots[self.length.min(SLOTS)] = slot;
+        self.length += usize::from(is_kept);
+    }
+
+    #[inline(always)]
+    fn slots(&self) -> &[u8] {
+        &self.slots[..self.length.min(SLOTS)]
+    }
+
+    #[inline(always)]
+    fn take(&mut self) -> Queue {
+        std::mem::replace(self, Queue::EMPTY)
+    }
+}
+
+/// Rays by what they wait for.
+struct Queues {
+    nodes: Queue,
+    leaves: Queue,
+    ends: Queue,
+}
+
+impl Queues {
+    #[inline(always)]
+    fn push(&mut self, slot: u8, word: Word) {
+        self.nodes.push_if(slot, word.is_inner());
+        self.leaves.push_if(slot, word.is_leaf());
+        self.ends.push_if(slot, word == Word::END);
+    }
+
+    fn are_empty(&self) -> bool {
+        self.nodes.length + self.leaves.length + self.ends.length == 0
+    }
+}
+
+/// Rays that were prepared together and wait for slots.
+struct Waiting {
+    rays: [Option<WideRay>; LANES],
+    /// The number of the first of them, and of the next to be looked at.
+    first: usize,
+    next: usize,
+}
+
+/// A batch that is cast.
+pub struct Cast<'a, B> {
+    /// The scene's tree.
+    pub tree: &'a KdTree,
+    /// The scene's mesh.
+    pub mesh: &'a Mesh,
+    /// The batch.
+    pub batch: B,
+}
+
+impl<B: Batch> Job for Cast<'_, B> {
+    type Output = B;
+
+    #[inline(always)]
+    fn run<S: Simd>(mut self, simd: S) -> B {
+        let (tree, root) = (self.tree, self.tree.wide.root);
+        let world = World { frame: tree.frame, root: tree.root.bounds, reach: tree.reach };
+        let memory = Memory::of(tree);
+        let mut waiting = Waiting { rays: [None; LANES], first: 0, next: 0 };
+
+        // Give each slot a ray.
+        let mut queues = Queues { nodes: Queue::EMPTY, leaves: Queue::EMPTY, ends: Queue::EMPTY };
+        let mut walks: Vec<Walk> = Vec::with_capacity(SLOTS);
+        let mut decisions: Vec<Decision<B::Query>> = Vec::with_capacity(SLOTS);
+        while walks.len() < SLOTS
+            && let Some((number, wide)) = self.next_ray(&world, &mut waiting)
+        {
+            queues.push(walks.len() as u8, root);
+            let stack = Stack::new(tree.wide.most_waiting);
+            walks.push(Walk { wide, word: root, candidates: 0, number, stack, filter: None });
+            decisions.push(Decision { prepared: None, query: B::Query::default() });
+        }
+
+        while !queues.are_empty() {
+            // Let every ray at a node take a step.
+            let nodes = queues.nodes.take();
+            for &slot in nodes.slots() {
+                let walk = &mut walks[usize::from(slot)];
+                let node = &tree.wide.nodes[walk.word.index()];
+                let (nears, words) = walk.stack.free();
+                walk.stack.waiting += walk.wide.push_children(simd, node, nears, words);
+                walk.word = walk.stack.pop();
+                memory.prefetch(simd, walk.word);
+            }
+            for &slot in nodes.slots() {
+                queues.push(slot, walks[usize::from(slot)].word);
+            }
+
+            // And every ray at a leaf: most have no candidates there, and take up what is next.
+            let leaves = queues.leaves.take();
+            let mut hits = Queue::EMPTY;
+            for &slot in leaves.slots() {
+                let walk = &mut walks[usize::from(slot)];
+                let block = &tree.leaves.blocks[walk.word.index()];
+                let filter = walk.filter.get_or_insert_with(|| {
+                    LeafFilter::new(&self.batch.ray(walk.number), &world.frame, world.reach)
+                });
+                walk.candidates = filter.candidates(&block.corners);
+                let is_hit = walk.candidates != 0;
+                hits.push_if(slot, is_hit);
+                walk.stack.waiting -= usize::from(!is_hit);
+                let next = Word(walk.stack.words[walk.stack.waiting]);
+                walk.word = if is_hit { walk.word } else { next };
+                memory.prefetch(simd, walk.word);
+            }
+            for &slot in hits.slots() {
+                let (walk, decision) =
+                    (&mut walks[usize::from(slot)], &mut decisions[usize::from(slot)]);
+                self.decide(walk, decision);
+                memory.prefetch(simd, walk.word);
+            }
+            for &slot in leaves.slots() {
+                queues.push(slot, walks[usize::from(slot)].word);
+            }
+
+            // Take the answers of those that came to an end, and let others begin.
+            let ends = queues.ends.take();
+            for &slot in ends.slots() {
+                let (walk, decision) =
+                    (&mut walks[usize::from(slot)], &mut decisions[usize::from(slot)]);
+                if let Some(prepared) = &decision.prepared {
+                    self.batch.finish(walk.number, prepared, &mut decision.query);
+                    *decision = Decision { prepared: None, query: B::Query::default() };
+                }
+                if let Some((number, wide)) = self.next_ray(&world, &mut waiting) {
+                    (walk.wide, walk.number, walk.filter) = (wide, number, None);
+                    walk.word = root;
+                    walk.stack.waiting = 1;
+                    queues.push(slot, root);
+                }
+            }
+        }
+        self.batch
+    }
+}
+
+impl<B: Batch> Cast<'_, B> {
+    /// The next ray that meets the root's box, and its number.
+    #[inline(always)]
+    fn next_ray(&mut self, world: &World, waiting: &mut Waiting) -> Option<(usize, WideRay)> {
+        let count = self.batch.count();
+        while waiting.next < count {
+            let lane = waiting.next - waiting.first;
+            if lane % LANES == 0 {
+                self.prepare(world, waiting);
+            }
+            let number = waiting.next;
+            waiting.next += 1;
+            if let Some(wide) = waiting.rays[lane % LANES] {
+                return Some((number, wide));
+            }
+        }
+        None
+    }
+
+    /// Prepares the next eight rays.
+    #[inline(always)]
+    fn prepare(&self, world: &World, waiting: &mut Waiting) {
+        /// In lanes beyond the last ray; hits nothing by definition.
+        const NONE: Ray = Ray { origin: Vec3::ZERO, direction: Vec3::ZERO, t_min: 0.0, t_max: 0.0 };
+        waiting.first = waiting.next;
+        let mut rays = [NONE; LANES];
+        for (lane, number) in (waiting.first..self.batch.count()).take(LANES).enumerate() {
+            rays[lane] = self.batch.ray(number);
+        }
+        waiting.rays = WideRay::prepare(&rays, world);
+    }
+
+    /// Decides the candidates of the leaf that a ray has come to, and takes up what is next.
+    #[inline(always)]
+    fn decide(&self, walk: &mut Walk, decision: &mut Decision<B::Query>) {
+        let (tree, query) = (self.tree, &mut decision.query);
+        let block = &tree.leaves.blocks[walk.word.index()];
+        let prepared = match &mut decision.prepared {
+            Some(prepared) => prepared,
+            unprepared => {
+                let Some(prepared) = PreparedRay::new(&self.batch.ray(walk.number)) else {
+                    unreachable!("a ray that is not valid is not walked")
+                };
+                unprepared.insert(prepared)
+            }
+        };
+        let before = query.t_max(prepared.t_max);
+        while walk.candidates != 0 {
+            let lane = walk.candidates.trailing_zeros() as usize;
+            walk.candidates &= walk.candidates - 1;
+            if block.faces[lane] == NO_FACE {
+                continue;
+            }
+            let corners = tree.leaves.corners(self.mesh, &tree.frame, block, lane);
+            if let Some(meeting) = prepared.meet_line(corners) {
+                query.offer(prepared, &meeting, block.faces[lane]);
+            }
+        }
+        if query.is_done() {
+            walk.word = Word::END;
+            return;
+        }
+        let t_max = query.t_max(prepared.t_max);
+        if t_max < before {
+            walk.wide.set_limit(t_max);
+            walk.stack.drop_beyond(walk.wide.limit);
+        }
+        walk.word = walk.stack.pop();
+    }
+}
+
+/// Where nodes and leaves lie.
+#[derive(Clone, Copy)]
+struct Memory {
+    nodes: usize,
+    /// From the first node to the first leaf.
+    leaves_from_nodes: usize,
+}
+
+impl Memory {
+    fn of(tree: &KdTree) -> Memory {
+        let nodes = tree.wide.nodes.as_ptr().addr();
+        let leaves = tree.leaves.blocks.as_ptr().addr();
+        Memory { nodes, leaves_from_nodes: leaves.wrapping_sub(nodes) }
+    }
+
+    /// Asks for all cache lines of a node or leaf, without a branch on which it is.
+    #[inline(always)]
+    fn prefetch<S: Simd>(&self, simd: S, word: Word) {
+        const LINES: usize = size_of::<LeafBlock>() / 64;
+        let is_leaf = usize::from(word.is_leaf());
+        let size =
+            size_of::<WideNode>() + is_leaf * (size_of::<LeafBlock>() - size_of::<WideNode>());
+        let base = self.nodes.wrapping_add(self.leaves_from_nodes & is_leaf.wrapping_neg());
+        simd.prefetch(base.wrapping_add(word.index() * size), LINES);
+    }
+}
