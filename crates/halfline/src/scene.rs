@@ -173,7 +173,7 @@ impl Scene {
     }
 
     /// All hits of each ray, in parallel, sorted by t and then by face: as [`Scene::all`].
-    pub fn intersect_all(&self, rays: &[Ray]) -> AllHits {
+    pub fn intersect_all<R: Copy + Into<Ray> + Sync>(&self, rays: &[R]) -> AllHits {
         unobserved(self.intersect_all_observed(rays, &Silent))
     }
 
@@ -181,8 +181,30 @@ impl Scene {
     ///
     /// # Errors
     /// [`Error::Interrupted`](crate::Error::Interrupted).
-    pub fn intersect_all_observed(&self, rays: &[Ray], observer: &dyn Observer) -> Result<AllHits> {
+    pub fn intersect_all_observed<R: Copy + Into<Ray> + Sync>(
+        &self,
+        rays: &[R],
+        observer: &dyn Observer,
+    ) -> Result<AllHits> {
         traverse::intersect_all(self.target(), rays, observer)
+    }
+
+    /// How many hits each ray has, in parallel: the lengths of the rows of [`Scene::intersect_all`].
+    pub fn count_intersections<R: Copy + Into<Ray> + Sync>(&self, rays: &[R]) -> Vec<usize> {
+        unobserved(self.count_intersections_observed(rays, &Silent))
+    }
+
+    /// [`Scene::count_intersections`], reporting [`Stage::Trace`](crate::progress::Stage::Trace) in
+    /// rays.
+    ///
+    /// # Errors
+    /// [`Error::Interrupted`](crate::Error::Interrupted).
+    pub fn count_intersections_observed<R: Copy + Into<Ray> + Sync>(
+        &self,
+        rays: &[R],
+        observer: &dyn Observer,
+    ) -> Result<Vec<usize>> {
+        traverse::count_intersections(self.target(), rays, observer)
     }
 
     /// The point of a hit, from which rays can start that do not hit the same face again:

@@ -32,8 +32,8 @@ fn answers(mesh: &Mesh, rays: &[Ray]) -> Vec<Answers> {
     }
     for parameters in build_variants() {
         for mesh in [mesh.clone(), in_single_precision(mesh)] {
-            let scene = Scene::build_with(mesh, &parameters, &Silent).expect("builds");
-            assert!(by_batch(&scene, rays) == expected, "batch, {parameters:?}");
+            let mut scene = Scene::build_with(mesh, &parameters, &Silent).expect("builds");
+            assert!(by_batch(&mut scene, rays) == expected, "batch, {parameters:?}");
             for (ray, expected) in rays.iter().zip(&expected) {
                 assert_eq!(by_engine(&scene, ray), *expected, "{parameters:?}, {ray:?}");
             }

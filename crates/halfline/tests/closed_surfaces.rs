@@ -9,6 +9,7 @@ use common::grid::{LINES, aimed_at, judged, sides, tetrahedra};
 use common::integer::is_inside;
 use common::proof::{Share, prove, report};
 use common::{Random, grid_cube, in_single_precision, nudge, soup, sphere};
+use halfline::simd::Level;
 use halfline::{Mesh, Ray, Scene, Vec3};
 use proptest::prelude::*;
 use rayon::prelude::*;
@@ -99,8 +100,17 @@ fn parity_is_odd_from_inside_and_even_from_outside() {
     let batches = Share::CLOSED_SURFACES.rays().div_ceil(BATCH * surfaces.len());
     let (sent, crossed_again) = (AtomicUsize::new(0), AtomicUsize::new(0));
     for surface in surfaces {
-        let scene = Scene::new(surface.mesh.clone()).expect("builds");
+        // By every instruction set in turn.
+        let scenes: Vec<Scene> = Level::available()
+            .into_iter()
+            .map(|level| {
+                let mut scene = Scene::new(surface.mesh.clone()).expect("builds");
+                scene.set_simd_level(level);
+                scene
+            })
+            .collect();
         (0..batches).into_par_iter().for_each(|batch| {
+            let scene = &scenes[batch / 3 % scenes.len()];
             let mut random = Random(batch as u64 * 0x1_0000_0001);
             let is_inside = batch % 3 < 2;
             let rays: Vec<Ray> = (0..BATCH)

@@ -24,13 +24,20 @@ fn compare(
     planes: &[(usize, f64)],
     rays: usize,
     seed: u64,
-    answer: impl Fn(&Ray) -> Answers + Sync,
+    answers: impl FnOnce(&[Ray]) -> Vec<Answers>,
 ) {
-    (0..rays as u64).into_par_iter().for_each(|i| {
-        let ray =
-            nasty_ray(mesh, planes, &mut Random(seed.wrapping_mul(0x1234_5678_9abc_def1) ^ i));
-        assert_eq!(answer(&ray), by_brute_force(mesh, &ray), "{name}, ray {i}: {ray:?}");
+    let ray =
+        |i| nasty_ray(mesh, planes, &mut Random(seed.wrapping_mul(0x1234_5678_9abc_def1) ^ i));
+    let rays: Vec<Ray> = (0..rays as u64).map(ray).collect();
+    let answers = answers(&rays);
+    rays.par_iter().zip(answers).enumerate().for_each(|(i, (ray, answers))| {
+        assert_eq!(answers, by_brute_force(mesh, ray), "{name}, ray {i}: {ray:?}");
     });
+}
+
+/// The answers to rays that are asked one by one.
+fn one_by_one(rays: &[Ray], answer: impl Fn(&Ray) -> Answers + Send + Sync) -> Vec<Answers> {
+    rays.par_iter().map(answer).collect()
 }
 
 fn textbook_agrees(rule: &dyn SplittingRule, rule_name: &str) {
@@ -50,7 +57,9 @@ fn textbook_agrees(rule: &dyn SplittingRule, rule_name: &str) {
             let mut planes = Vec::new();
             textbook_planes(tree.root(), &mut planes);
             let name = format!("{name}, {rule_name}, {termination:?}");
-            compare(&name, mesh, &planes, rays, seed as u64, |ray| by_textbook(&tree, ray));
+            compare(&name, mesh, &planes, rays, seed as u64, |rays| {
+                one_by_one(rays, |ray| by_textbook(&tree, ray))
+            });
             sent += rays;
         }
     }
@@ -79,10 +88,14 @@ fn engine_agrees_with_brute_force() {
     let mut sent = 0;
     for (seed, (name, mesh)) in meshes.iter().enumerate() {
         for parameters in &variants {
-            let scene = Scene::build_with(mesh.clone(), parameters, &Silent).expect("builds");
+            let mut scene = Scene::build_with(mesh.clone(), parameters, &Silent).expect("builds");
             let planes = engine_planes(&scene);
             let name = format!("{name}, {parameters:?}");
-            compare(&name, mesh, &planes, rays, seed as u64, |ray| by_engine(&scene, ray));
+            compare(&name, mesh, &planes, rays, seed as u64, |rays| {
+                let answers = by_batch(&mut scene, rays);
+                assert_eq!(answers, one_by_one(rays, |ray| by_engine(&scene, ray)), "{name}");
+                answers
+            });
             sent += rays;
         }
     }
@@ -121,19 +134,19 @@ fn batches_agree_with_single_rays() {
         rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("a pool")
     });
     for (name, mesh) in meshes() {
-        let scene = Scene::new(mesh).expect("builds");
+        let mut scene = Scene::new(mesh).expect("builds");
         let planes = engine_planes(&scene);
         let mut random = Random(3);
         let rays: Vec<Ray> =
             (0..3000).map(|_| nasty_ray(scene.mesh(), &planes, &mut random)).collect();
         let single: Vec<Answers> = rays.iter().map(|ray| by_engine(&scene, ray)).collect();
         for size in [1, 7, 1024, 1025, 3000] {
-            // Small batches cost a task each; the first hundred rays will do.
-            let few = if size < 100 { 100 } else { rays.len() };
+            // Small batches cost a task each; the first few rays will do.
+            let few = if size < 100 { 15 } else { rays.len() };
             for pool in &pools {
                 let batches = rays[..few].chunks(size);
                 let answers = pool.install(|| {
-                    batches.flat_map(|batch| by_batch(&scene, batch)).collect::<Vec<_>>()
+                    batches.flat_map(|batch| by_batch(&mut scene, batch)).collect::<Vec<_>>()
                 });
                 assert!(answers == single[..few], "{name}, batches of {size}");
             }
@@ -141,8 +154,8 @@ fn batches_agree_with_single_rays() {
         let mut order: Vec<usize> = (0..rays.len()).collect();
         order.sort_by_cached_key(|_| random.below(1 << 30));
         let shuffled: Vec<Ray> = order.iter().map(|&i| rays[i]).collect();
-        let answers = by_batch(&scene, &shuffled);
+        let answers = by_batch(&mut scene, &shuffled);
         assert!(order.iter().zip(answers).all(|(&i, answer)| answer == single[i]), "{name}");
     }
-    assert!(by_batch(&Scene::new(meshes().remove(0).1).expect("builds"), &[]).is_empty());
+    assert!(by_batch(&mut Scene::new(meshes().remove(0).1).expect("builds"), &[]).is_empty());
 }

@@ -88,6 +88,14 @@ impl LeafFilter {
         }
     }
 
+    /// The axes of the projection, that along which is projected last; the slope and the center; the
+    /// error for each unit of distance, and the rest of the error.
+    #[inline(always)]
+    pub fn parts(&self) -> ([usize; 3], [f32; 2], [f32; 2], [f32; 2]) {
+        let error = [self.error_per_distance, self.error_at_least];
+        (self.axes, self.slope, self.center, error)
+    }
+
     /// A bit for each triangle that the line may meet; all others it misses for certain.
     #[inline(always)]
     pub fn candidates(&self, corners: &CornerLanes) -> u32 {

@@ -61,6 +61,42 @@ impl Simd for Avx2 {
     }
 
     #[inline(always)]
+    fn minus(self, a: __m256, b: __m256) -> __m256 {
+        // SAFETY: the witness stands for the instructions.
+        unsafe { _mm256_sub_ps(a, b) }
+    }
+
+    #[inline(always)]
+    fn plus(self, a: __m256, b: __m256) -> __m256 {
+        // SAFETY: the witness stands for the instructions.
+        unsafe { _mm256_add_ps(a, b) }
+    }
+
+    #[inline(always)]
+    fn times(self, a: __m256, b: __m256) -> __m256 {
+        // SAFETY: the witness stands for the instructions.
+        unsafe { _mm256_mul_ps(a, b) }
+    }
+
+    #[inline(always)]
+    fn subtract_product(self, a: __m256, b: __m256, c: __m256) -> __m256 {
+        // SAFETY: the witness stands for the instructions.
+        unsafe { _mm256_fnmadd_ps(a, b, c) }
+    }
+
+    #[inline(always)]
+    fn magnitude(self, a: __m256) -> __m256 {
+        // SAFETY: the witness stands for the instructions.
+        unsafe { _mm256_andnot_ps(_mm256_set1_ps(-0.0), a) }
+    }
+
+    #[inline(always)]
+    fn are_below(self, a: __m256, b: __m256) -> u32 {
+        // SAFETY: the witness stands for the instructions.
+        unsafe { _mm256_movemask_ps(_mm256_cmp_ps::<_CMP_LT_OQ>(a, b)) as u32 }
+    }
+
+    #[inline(always)]
     fn least(self, a: __m256, b: __m256) -> __m256 {
         // SAFETY: the witness stands for the instructions.
         unsafe { _mm256_min_ps(a, b) }

@@ -36,6 +36,24 @@ pub trait Simd: Copy + Send + Sync {
     /// `a * b + c`, rounded once or twice.
     fn multiply_add(self, a: Self::Floats, b: Self::Floats, c: Self::Floats) -> Self::Floats;
 
+    /// `a - b`.
+    fn minus(self, a: Self::Floats, b: Self::Floats) -> Self::Floats;
+
+    /// `a + b`.
+    fn plus(self, a: Self::Floats, b: Self::Floats) -> Self::Floats;
+
+    /// `a * b`.
+    fn times(self, a: Self::Floats, b: Self::Floats) -> Self::Floats;
+
+    /// `c - a * b`, rounded once or twice.
+    fn subtract_product(self, a: Self::Floats, b: Self::Floats, c: Self::Floats) -> Self::Floats;
+
+    /// Without the sign.
+    fn magnitude(self, a: Self::Floats) -> Self::Floats;
+
+    /// A bit for each lane where `a < b`.
+    fn are_below(self, a: Self::Floats, b: Self::Floats) -> u32;
+
     /// The smaller of two numbers that are not NaN.
     fn least(self, a: Self::Floats, b: Self::Floats) -> Self::Floats;
 
@@ -203,10 +221,10 @@ mod tests {
     struct Arithmetic([[f32; LANES]; 3]);
 
     impl Job for &Arithmetic {
-        type Output = [[f32; LANES]; 3];
+        type Output = ([[f32; LANES]; 8], u32);
 
         #[inline(always)]
-        fn run<S: Simd>(self, simd: S) -> [[f32; LANES]; 3] {
+        fn run<S: Simd>(self, simd: S) -> Self::Output {
             let [a, b, c] = [simd.load(&self.0[0]), simd.load(&self.0[1]), simd.load(&self.0[2])];
             let infinite = simd.splat(f32::INFINITY);
             let read = |floats| {
@@ -215,7 +233,17 @@ mod tests {
                 assert_eq!(simd.push(floats, infinite, &[0; 8], all, &mut nears, &mut kept), 8);
                 nears
             };
-            [read(simd.multiply_add(a, b, c)), read(simd.least(a, b)), read(simd.largest(a, b))]
+            let results = [
+                read(simd.multiply_add(a, b, c)),
+                read(simd.least(a, b)),
+                read(simd.largest(a, b)),
+                read(simd.minus(a, b)),
+                read(simd.plus(a, b)),
+                read(simd.times(a, b)),
+                read(simd.subtract_product(a, b, c)),
+                read(simd.magnitude(a)),
+            ];
+            (results, simd.are_below(a, b))
         }
     }
 
@@ -229,9 +257,15 @@ mod tests {
             std::array::from_fn(|lane| a[lane] * b[lane] + c[lane]),
             std::array::from_fn(|lane| a[lane].min(b[lane])),
             std::array::from_fn(|lane| a[lane].max(b[lane])),
+            std::array::from_fn(|lane| a[lane] - b[lane]),
+            std::array::from_fn(|lane| a[lane] + b[lane]),
+            std::array::from_fn(|lane| a[lane] * b[lane]),
+            std::array::from_fn(|lane| c[lane] - a[lane] * b[lane]),
+            std::array::from_fn(|lane| a[lane].abs()),
         ];
+        let below = (0..LANES).fold(0, |bits, lane| bits | u32::from(a[lane] < b[lane]) << lane);
         for level in Level::available() {
-            assert_eq!(level.run(&Arithmetic([a, b, c])), expected, "{}", level.name());
+            assert_eq!(level.run(&Arithmetic([a, b, c])), (expected, below), "{}", level.name());
         }
     }
 }

@@ -35,6 +35,40 @@ impl Simd for Portable {
     }
 
     #[inline(always)]
+    fn minus(self, a: [f32; LANES], b: [f32; LANES]) -> [f32; LANES] {
+        each(|lane| a[lane] - b[lane])
+    }
+
+    #[inline(always)]
+    fn plus(self, a: [f32; LANES], b: [f32; LANES]) -> [f32; LANES] {
+        each(|lane| a[lane] + b[lane])
+    }
+
+    #[inline(always)]
+    fn times(self, a: [f32; LANES], b: [f32; LANES]) -> [f32; LANES] {
+        each(|lane| a[lane] * b[lane])
+    }
+
+    #[inline(always)]
+    fn subtract_product(self, a: [f32; LANES], b: [f32; LANES], c: [f32; LANES]) -> [f32; LANES] {
+        each(|lane| c[lane] - a[lane] * b[lane])
+    }
+
+    #[inline(always)]
+    fn magnitude(self, a: [f32; LANES]) -> [f32; LANES] {
+        each(|lane| a[lane].abs())
+    }
+
+    #[inline(always)]
+    fn are_below(self, a: [f32; LANES], b: [f32; LANES]) -> u32 {
+        let mut bits = [0; LANES];
+        for lane in 0..LANES {
+            bits[lane] = u32::from(a[lane] < b[lane]) << lane;
+        }
+        bits.into_iter().fold(0, |all, bit| all | bit)
+    }
+
+    #[inline(always)]
     fn least(self, a: [f32; LANES], b: [f32; LANES]) -> [f32; LANES] {
         each(|lane| if a[lane] < b[lane] { a[lane] } else { b[lane] })
     }

@@ -1,9 +1,10 @@
 //! Batches of rays over all threads. The answers do not depend on how many there are.
 
+use std::ops::Range;
+
 use rayon::prelude::*;
 
-use super::caster::Caster;
-use super::query::{AnyHit, ClosestHit, Query};
+use super::query::{AllContacts, AnyHit, ClosestHit, Query};
 use super::queue::{Batch, Cast};
 use crate::error::Result;
 use crate::geometry::{Hit, Ray, SingleHit, SingleRay};
@@ -157,33 +158,83 @@ pub fn occluded<R: Copy + Into<Ray> + Sync>(
     cast::<_, Any>(target, rays, observer)
 }
 
-/// All hits of each ray.
-pub fn intersect_all(target: Target, rays: &[Ray], observer: &dyn Observer) -> Result<AllHits> {
-    let progress = start(observer, rays.len());
-    let chunks: Vec<(Vec<usize>, Vec<Hit>)> = rays
-        .par_chunks(CHUNK)
-        .map(|rays| {
-            observer.check()?;
-            let mut ends = Vec::with_capacity(rays.len());
-            let mut hits = Vec::new();
-            let mut caster = Caster::new(target.tree, target.mesh);
-            for ray in rays {
-                caster.all(ray, &mut hits);
-                ends.push(hits.len());
-            }
-            progress.advance(rays.len())?;
-            Ok((ends, hits))
-        })
-        .collect::<Result<_>>()?;
+/// Rays and all their hits, in the order in which the rays come to an end.
+struct AllRows<'a, R> {
+    target: Target<'a>,
+    rays: &'a [R],
+    hits: Vec<Hit>,
+    /// For each ray where its hits are.
+    places: Vec<Range<usize>>,
+}
 
+impl<R: Copy + Into<Ray>> Batch for AllRows<'_, R> {
+    type Query = AllContacts;
+
+    #[inline(always)]
+    fn count(&self) -> usize {
+        self.rays.len()
+    }
+
+    #[inline(always)]
+    fn ray(&self, number: usize) -> Ray {
+        self.rays[number].into()
+    }
+
+    #[inline(always)]
+    fn finish(&mut self, number: usize, ray: &PreparedRay, query: &mut AllContacts) {
+        let first = self.hits.len();
+        self.hits.extend_from_slice(query.finish(ray, self.target.tree, self.target.mesh));
+        self.places[number] = first..self.hits.len();
+    }
+}
+
+/// All hits of chunks of rays, chunk by chunk.
+fn cast_all<R: Copy + Into<Ray> + Sync, A: Send>(
+    target: Target,
+    rays: &[R],
+    observer: &dyn Observer,
+    take: impl Fn(AllRows<R>) -> A + Sync,
+) -> Result<Vec<A>> {
+    let progress = start(observer, rays.len());
+    let Target { tree, mesh, level } = target;
+    rays.par_chunks(CHUNK)
+        .map(|rays| {
+            progress.check()?;
+            let places = vec![0..0; rays.len()];
+            let batch = AllRows { target, rays, hits: Vec::new(), places };
+            let rows = level.run(Cast { tree, mesh, batch });
+            progress.advance(rays.len())?;
+            Ok(take(rows))
+        })
+        .collect()
+}
+
+/// All hits of each ray.
+pub fn intersect_all<R: Copy + Into<Ray> + Sync>(
+    target: Target,
+    rays: &[R],
+    observer: &dyn Observer,
+) -> Result<AllHits> {
+    let chunks = cast_all(target, rays, observer, |rows| (rows.places, rows.hits))?;
     let mut all = AllHits::default();
     all.splits.reserve_exact(rays.len() + 1);
     all.splits.push(0);
     all.hits.reserve_exact(chunks.iter().map(|(_, hits)| hits.len()).sum());
-    for (ends, hits) in chunks {
-        let before = all.hits.len();
-        all.splits.extend(ends.iter().map(|end| before + end));
-        all.hits.extend_from_slice(&hits);
+    for (places, hits) in chunks {
+        for place in places {
+            all.hits.extend_from_slice(&hits[place]);
+            all.splits.push(all.hits.len());
+        }
     }
     Ok(all)
+}
+
+/// How many hits each ray has.
+pub fn count_intersections<R: Copy + Into<Ray> + Sync>(
+    target: Target,
+    rays: &[R],
+    observer: &dyn Observer,
+) -> Result<Vec<usize>> {
+    let chunks = cast_all(target, rays, observer, |rows| rows.places)?;
+    Ok(chunks.into_iter().flatten().map(|place| place.len()).collect())
 }

@@ -1,11 +1,11 @@
 //! One ray after another.
 
 use super::leaf_test::Watertight;
-use super::query::{AllContacts, AnyHit, ClosestHit};
+use super::query::{AllContacts, AnyHit, ClosestHit, Query};
 use super::walk::{RayCounters, Stack, walk};
 use crate::geometry::{Hit, Ray};
 use crate::mesh::Mesh;
-use crate::numeric::{PreparedRay, Touch};
+use crate::numeric::PreparedRay;
 use crate::tree::KdTree;
 
 /// Casts one ray after another at a scene: [`Scene::caster`](crate::Scene::caster) gives one.
@@ -16,12 +16,12 @@ pub struct Caster<'scene> {
     tree: &'scene KdTree,
     mesh: &'scene Mesh,
     stack: Stack,
-    touches: Vec<Touch>,
+    all: AllContacts,
 }
 
 impl<'scene> Caster<'scene> {
     pub(crate) fn new(tree: &'scene KdTree, mesh: &'scene Mesh) -> Caster<'scene> {
-        Caster { tree, mesh, stack: Stack::default(), touches: Vec::new() }
+        Caster { tree, mesh, stack: Stack::default(), all: AllContacts::default() }
     }
 
     /// The hit with the smallest t; of equal ones that with the lowest face index.
@@ -65,17 +65,17 @@ impl<'scene> Caster<'scene> {
     /// Appends all hits to `hits`, sorted by t and then by face; see [`numeric`](crate::numeric).
     pub fn all(&mut self, ray: &Ray, hits: &mut Vec<Hit>) {
         let Some(prepared) = PreparedRay::new(ray) else { return };
-        let mut all = AllContacts::appending_to(hits, &mut self.touches);
         let counters = &mut RayCounters::default();
+        self.all.restart();
         walk::<Watertight, _>(
             self.tree,
             self.mesh,
             ray,
             &prepared,
-            &mut all,
+            &mut self.all,
             &mut self.stack,
             counters,
         );
-        all.finish(&prepared, self.tree, self.mesh);
+        hits.extend_from_slice(self.all.finish(&prepared, self.tree, self.mesh));
     }
 }

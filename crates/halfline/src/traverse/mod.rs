@@ -3,6 +3,7 @@
 mod around_point;
 mod batch;
 mod caster;
+mod leaf_kernel;
 mod leaf_test;
 #[cfg(feature = "variants")]
 mod plain;
@@ -12,7 +13,9 @@ mod slab;
 mod walk;
 mod wide_ray;
 
-pub use batch::{AllHits, Target, intersect, intersect_all, intersect_single, occluded};
+pub use batch::{
+    AllHits, Target, count_intersections, intersect, intersect_all, intersect_single, occluded,
+};
 pub use caster::Caster;
 #[cfg(feature = "variants")]
 pub use plain::PlainCaster;

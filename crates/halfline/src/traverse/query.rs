@@ -1,7 +1,7 @@
 //! The questions that one walk through the tree answers.
 
 use super::around_point::triangles_at;
-use crate::geometry::{Hit, SingleHit, Vec3};
+use crate::geometry::{Hit, NO_FACE, SingleHit, Vec3};
 use crate::mesh::Mesh;
 use crate::numeric::{Bounds, Meeting, PreparedRay, Touch, complete_hits};
 use crate::tree::KdTree;
@@ -17,6 +17,9 @@ pub trait Search {
 
 /// A search among exact meetings.
 pub trait Query: Search {
+    /// Forgets the last ray.
+    fn restart(&mut self);
+
     /// Takes the meeting of the line of `ray` with `face`, whose t may be out of range.
     fn offer(&mut self, ray: &PreparedRay, meeting: &Meeting, face: u32);
 }
@@ -73,7 +76,7 @@ impl ClosestHit {
 impl Default for ClosestHit {
     fn default() -> ClosestHit {
         let nearest = Bounds::exactly(f64::INFINITY);
-        ClosestHit { nearest, face: u32::MAX, corners: [Vec3::ZERO; 3] }
+        ClosestHit { nearest, face: NO_FACE, corners: [Vec3::ZERO; 3] }
     }
 }
 
@@ -90,6 +93,12 @@ impl Search for ClosestHit {
 }
 
 impl Query for ClosestHit {
+    #[inline]
+    fn restart(&mut self) {
+        self.nearest = Bounds::exactly(f64::INFINITY);
+        self.face = NO_FACE;
+    }
+
     #[inline]
     fn offer(&mut self, ray: &PreparedRay, meeting: &Meeting, face: u32) {
         let bounds = meeting.bounds(ray);
@@ -126,6 +135,11 @@ impl Search for AnyHit {
 
 impl Query for AnyHit {
     #[inline]
+    fn restart(&mut self) {
+        self.found = false;
+    }
+
+    #[inline]
     fn offer(&mut self, ray: &PreparedRay, meeting: &Meeting, _face: u32) {
         self.found |= match ray.are_in_range(meeting.bounds(ray)) {
             Some(answer) => answer,
@@ -135,35 +149,29 @@ impl Query for AnyHit {
 }
 
 /// All hits, each face once.
-pub struct AllContacts<'a> {
-    hits: &'a mut Vec<Hit>,
-    first: usize,
+#[derive(Default)]
+pub struct AllContacts {
+    hits: Vec<Hit>,
     /// The contacts that are no crossings, which are few.
-    touches: &'a mut Vec<Touch>,
+    touches: Vec<Touch>,
 }
 
-impl<'a> AllContacts<'a> {
-    /// Appends to `hits`. What `touches` holds does not matter, only its room.
-    pub fn appending_to(hits: &'a mut Vec<Hit>, touches: &'a mut Vec<Touch>) -> AllContacts<'a> {
-        touches.clear();
-        let first = hits.len();
-        AllContacts { hits, first, touches }
-    }
-
-    /// Sorts the hits by t and then by face, once the walk is over.
-    pub fn finish(self, ray: &PreparedRay, tree: &KdTree, mesh: &Mesh) {
+impl AllContacts {
+    /// The hits, sorted by t and then by face, once the walk is over.
+    pub fn finish(&mut self, ray: &PreparedRay, tree: &KdTree, mesh: &Mesh) -> &[Hit] {
         complete_hits(
             ray,
-            self.hits,
-            self.first,
-            self.touches,
+            &mut self.hits,
+            0,
+            &mut self.touches,
             |face| mesh.corners(face),
             |point| triangles_at(tree, mesh, point),
         );
+        &self.hits
     }
 }
 
-impl Search for AllContacts<'_> {
+impl Search for AllContacts {
     #[inline]
     fn t_max(&self, ray_t_max: f64) -> f64 {
         ray_t_max
@@ -175,7 +183,13 @@ impl Search for AllContacts<'_> {
     }
 }
 
-impl Query for AllContacts<'_> {
+impl Query for AllContacts {
+    #[inline]
+    fn restart(&mut self) {
+        self.hits.clear();
+        self.touches.clear();
+    }
+
     #[inline]
     fn offer(&mut self, ray: &PreparedRay, meeting: &Meeting, face: u32) {
         if ray.are_in_range(meeting.bounds(ray)) == Some(false) {

@@ -18,6 +18,7 @@
 //! popped needs no test. Different from wavefront tracers (S. Laine, T. Karras, T. Aila, "Megakernels
 //! Considered Harmful", HPG 2013): the queues hold few enough rays to stay in the first caches.
 
+use super::leaf_kernel::candidates;
 use super::query::{Query, Search};
 use super::wide_ray::{WideRay, World};
 use crate::geometry::{NO_FACE, Ray, Vec3};
@@ -222,7 +223,7 @@ impl<B: Batch> Job for Cast<'_, B> {
                 let filter = walk.filter.get_or_insert_with(|| {
                     LeafFilter::new(&self.batch.ray(walk.number), &world.frame, world.reach)
                 });
-                walk.candidates = filter.candidates(&block.corners);
+                walk.candidates = candidates(simd, filter, &block.corners);
                 let is_hit = walk.candidates != 0;
                 hits.push_if(slot, is_hit);
                 walk.stack.waiting -= usize::from(!is_hit);
@@ -247,7 +248,8 @@ impl<B: Batch> Job for Cast<'_, B> {
                     (&mut walks[usize::from(slot)], &mut decisions[usize::from(slot)]);
                 if let Some(prepared) = &decision.prepared {
                     self.batch.finish(walk.number, prepared, &mut decision.query);
-                    *decision = Decision { prepared: None, query: B::Query::default() };
+                    decision.query.restart();
+                    decision.prepared = None;
                 }
                 if let Some((number, wide)) = self.next_ray(&world, &mut waiting) {
                     (walk.wide, walk.number, walk.filter) = (wide, number, None);

@@ -3,11 +3,12 @@
 use halfline::build::BuildParameters;
 use halfline::mesh::Positions;
 use halfline::progress::Silent;
+use halfline::simd::Level;
 use halfline::textbook::{
     KdTree, Middle, Node, ObjectMedian, SplittingRule, SurfaceArea, Termination,
 };
 use halfline::tree::{NodeKind, Split};
-use halfline::{Mesh, Ray, Scene, brute_force};
+use halfline::{Hit, Mesh, Ray, Scene, SingleRay, brute_force};
 
 use super::contact::{Answers, Case};
 
@@ -38,18 +39,63 @@ pub fn by_engine(scene: &Scene, ray: &Ray) -> Answers {
     Answers { closest: scene.closest(ray), any: scene.any(ray), all }
 }
 
-/// The answers to a batch, ray by ray.
-pub fn by_batch(scene: &Scene, rays: &[Ray]) -> Vec<Answers> {
-    let (closest, any) = (scene.intersect(rays), scene.occluded(rays));
-    let all = scene.intersect_all(rays);
-    assert_eq!(all.splits.len(), rays.len() + 1, "one end for each ray");
-    (0..rays.len())
-        .map(|i| Answers {
-            closest: closest[i],
-            any: any[i],
-            all: all.hits[all.splits[i]..all.splits[i + 1]].to_vec(),
-        })
-        .collect()
+/// The answers to a batch, ray by ray, which are the same bits by every instruction set.
+pub fn by_batch(scene: &mut Scene, rays: &[Ray]) -> Vec<Answers> {
+    let chosen = scene.simd_level();
+    let mut by_level = Vec::new();
+    for level in Level::available() {
+        scene.set_simd_level(level);
+        let (closest, any) = (scene.intersect(rays), scene.occluded(rays));
+        let all = scene.intersect_all(rays);
+        assert_eq!(all.splits.len(), rays.len() + 1, "one end for each ray");
+        let counts: Vec<usize> = all.splits.windows(2).map(|ends| ends[1] - ends[0]).collect();
+        assert_eq!(scene.count_intersections(rays), counts, "{}", level.name());
+        check_single_precision(scene, rays, &closest, &any);
+        let answers: Vec<Answers> = (0..rays.len())
+            .map(|i| Answers {
+                closest: closest[i],
+                any: any[i],
+                all: all.hits[all.splits[i]..all.splits[i + 1]].to_vec(),
+            })
+            .collect();
+        by_level.push((level, answers));
+    }
+    scene.set_simd_level(chosen);
+    let (first, answers) = by_level.swap_remove(0);
+    for (level, others) in by_level {
+        for ((ray, one), other) in rays.iter().zip(&answers).zip(&others) {
+            let (first, level) = (first.name(), level.name());
+            assert_eq!(bits(one), bits(other), "{first} and {level}: {ray:?}");
+        }
+    }
+    answers
+}
+
+/// Every number of some answers, with the sign of its zero.
+pub fn bits(answers: &Answers) -> (bool, Vec<[u64; 4]>) {
+    let hits = std::iter::once(&answers.closest).chain(&answers.all);
+    let numbers =
+        |hit: &Hit| [hit.t.to_bits(), hit.u.to_bits(), hit.v.to_bits(), u64::from(hit.face)];
+    (answers.any, hits.map(numbers).collect())
+}
+
+/// Rays that are the same in single precision have the same answers, with t rounded.
+fn check_single_precision(scene: &Scene, rays: &[Ray], closest: &[Hit], any: &[bool]) {
+    let single = |ray: &Ray| SingleRay {
+        origin: ray.origin.to_array().map(|x| x as f32),
+        t_min: ray.t_min as f32,
+        direction: ray.direction.to_array().map(|x| x as f32),
+        t_max: ray.t_max as f32,
+    };
+    let is_same = |i: &usize| Ray::from(single(&rays[*i])) == rays[*i];
+    let numbers: Vec<usize> = (0..rays.len()).filter(is_same).collect();
+    let singles: Vec<SingleRay> = numbers.iter().map(|&i| single(&rays[i])).collect();
+    let (hits, flags) = (scene.intersect_single(&singles), scene.occluded(&singles));
+    for ((i, hit), flag) in numbers.into_iter().zip(hits).zip(flags) {
+        let found = (hit.face, hit.t.to_bits(), flag);
+        let expected = (closest[i].face, (closest[i].t as f32).to_bits(), any[i]);
+        assert_eq!(found, expected, "in single precision: {:?}", rays[i]);
+    }
 }
 
 /// The mesh, and the same in single precision if that is the same.
@@ -66,7 +112,7 @@ pub fn in_both_precisions(mesh: &Mesh) -> Vec<Mesh> {
 
 /// What the engines answer wrongly, if anything: brute force, a textbook tree, and the engine with
 /// every variant of the tree. Precisions, the textbook's rules, and single rays and batches take
-/// turns, and have all met each other after twelve.
+/// turns, and have all met each other after twelve; batches are cast by every instruction set.
 pub fn check_engines(mesh: &Mesh, cases: &[Case], turn: usize) -> Result<(), String> {
     let rays: Vec<Ray> = cases.iter().map(|case| case.ray).collect();
     let meshes = in_both_precisions(mesh);
@@ -89,13 +135,12 @@ pub fn check_engines(mesh: &Mesh, cases: &[Case], turn: usize) -> Result<(), Str
 
     for (i, parameters) in build_variants().iter().enumerate() {
         let mesh = meshes[(turn + i) % meshes.len()].clone();
-        let scene = Scene::build_with(mesh, parameters, &Silent).expect("builds");
-        let answers = if (turn / 2 + i).is_multiple_of(2) {
-            rays.iter().map(|ray| by_engine(&scene, ray)).collect()
-        } else {
-            by_batch(&scene, &rays)
-        };
-        check(&format!("engine, {parameters:?}, turn {turn}"), answers)?;
+        let mut scene = Scene::build_with(mesh, parameters, &Silent).expect("builds");
+        let name = format!("engine, {parameters:?}, turn {turn}");
+        check(&format!("{name}, batch"), by_batch(&mut scene, &rays))?;
+        if (turn / 2 + i).is_multiple_of(2) {
+            check(&name, rays.iter().map(|ray| by_engine(&scene, ray)).collect())?;
+        }
     }
     Ok(())
 }
