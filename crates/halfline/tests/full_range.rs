@@ -3,10 +3,11 @@
 
 mod common;
 
+use common::engines::{by_batch, by_brute_force, by_engine};
 use common::{Random, grid_cube};
 use halfline::mesh::Positions;
 use halfline::textbook::{KdTree, Middle, Termination};
-use halfline::{Mesh, Ray, Scene, Vec3, brute_force};
+use halfline::{Mesh, Ray, Scene, Vec3};
 
 /// The grid cube, 2^exponent times as large.
 fn cube(exponent: i32) -> Mesh {
@@ -41,21 +42,21 @@ fn scenes_and_rays_of_any_size() {
     let mut random = Random(1);
     let mut hits = 0;
     for scene_exponent in [-1074, -1000, -500, -100, 0, 100, 500, 1018] {
-        let scene = Scene::new(cube(scene_exponent)).expect("builds");
+        let mesh = cube(scene_exponent);
+        let mut scene = Scene::new(mesh.clone()).expect("builds");
         assert_eq!(scene.tree().skipped_zero_area, 0);
-        let textbook = KdTree::init_kd_tree(scene.mesh(), &Middle, &Termination::automatic(100));
-        for ray_exponent in [-1074, -900, -300, 0, 300, 900, 1018] {
-            for _ in 0..12 {
-                let ray = ray(&mut random, [scene_exponent, ray_exponent]);
-                let closest = scene.closest(&ray);
-                assert_eq!(closest, brute_force::closest(scene.mesh(), &ray), "{ray:?}");
-                assert_eq!(textbook.ray_tree_intersection(&ray), closest, "{ray:?}");
-                let (mut all, mut expected) = (Vec::new(), Vec::new());
-                scene.all(&ray, &mut all);
-                brute_force::all(scene.mesh(), &ray, &mut expected);
-                assert_eq!(all, expected, "{ray:?}");
-                hits += usize::from(closest.is_hit());
-            }
+        let textbook = KdTree::init_kd_tree(&mesh, &Middle, &Termination::automatic(100));
+        // Far and near rays side by side, since batches prepare eight at a time.
+        let ray_exponents = [-1074, -900, -300, 0, 100, 130, 300, 900, 1018];
+        let rays: Vec<Ray> = (0..12 * ray_exponents.len())
+            .map(|i| ray(&mut random, [scene_exponent, ray_exponents[i % ray_exponents.len()]]))
+            .collect();
+        for (ray, answers) in rays.iter().zip(by_batch(&mut scene, &rays)) {
+            let expected = by_brute_force(&mesh, ray);
+            assert_eq!(answers, expected, "batch: {ray:?}");
+            assert_eq!(by_engine(&scene, ray), expected, "{ray:?}");
+            assert_eq!(textbook.ray_tree_intersection(ray), expected.closest, "{ray:?}");
+            hits += usize::from(expected.closest.is_hit());
         }
     }
     assert!(hits > 150, "{hits}");

@@ -14,7 +14,7 @@
 //! `docs/numerics.md` derives the bounds.
 
 use super::frame::Frame;
-use crate::geometry::Ray;
+use crate::geometry::{Ray, Vec3};
 
 /// Corners of eight triangles, by corner, axis and triangle, in frame coordinates.
 pub type CornerLanes = [[[f32; 8]; 3]; 3];
@@ -36,11 +36,14 @@ const CENTER_ERROR: f64 = 8.0 * f64::EPSILON;
 /// that single precision could overflow.
 const FARTHEST_CENTER: f64 = 1e9;
 
+/// Each axis as the last of three.
+const AXES: [[usize; 3]; 3] = [[1, 2, 0], [2, 0, 1], [0, 1, 2]];
+
 /// A ray, ready to be held against blocks of triangles.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 pub struct LeafFilter {
-    /// The direction's largest component last.
-    axes: [usize; 3],
+    /// The axis of the direction's largest component.
+    last: u32,
     /// How far a step along the last axis goes along the other two.
     slope: [f32; 2],
     /// Where the line meets the plane through the frame's origin across the last axis.
@@ -52,40 +55,94 @@ pub struct LeafFilter {
     error_at_least: f32,
 }
 
+/// Eight numbers.
+type Lanes = [f64; 8];
+
+/// Eight rays, in lanes.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct LeafFilters {
+    last: [u32; 8],
+    slope: [[f32; 8]; 2],
+    center: [[f32; 8]; 2],
+    error_per_distance: [f32; 8],
+    error_at_least: [f32; 8],
+}
+
+impl LeafFilters {
+    /// For rays by axis and lane, with origins in the frame, and corners whose frame coordinates are
+    /// at most `reach`. Without a branch, so that compilers vectorise it.
+    #[inline(always)]
+    pub fn new(origin: &[Lanes; 3], direction: &[Lanes; 3], reach: f32) -> LeafFilters {
+        let mut filters = LeafFilters::default();
+        let reach = f64::from(reach).max(0.5);
+        for lane in 0..8 {
+            // Choose the axis along which to project, and where the line is there.
+            let [x, y, z] = [direction[0][lane], direction[1][lane], direction[2][lane]];
+            let [a, b, c] = [origin[0][lane], origin[1][lane], origin[2][lane]];
+            let is_x = (x.abs() > y.abs()) & (x.abs() > z.abs());
+            let is_y = !is_x & (y.abs() > z.abs());
+            let choose = |of_x: f64, of_y: f64, of_z: f64| {
+                let other = if is_y { of_y } else { of_z };
+                if is_x { of_x } else { other }
+            };
+            let across = [choose(y, z, x), choose(z, x, y)];
+            let start = [choose(b, c, a), choose(c, a, b)];
+            let inverse = 1.0 / choose(x, y, z);
+            let depth = choose(a, b, c);
+            let slope = [across[0] * inverse, across[1] * inverse];
+            let center = [start[0] - slope[0] * depth, start[1] - slope[1] * depth];
+
+            // Bound the error of a projected corner: a corner is rounded to single precision, and so
+            // are the slope, its product with a coordinate, a difference of up to twice the reach,
+            // the center, and a difference of all that.
+            let farthest = larger(center[0].abs(), center[1].abs());
+            let from_origin = larger(larger(a.abs(), b.abs()), c.abs());
+            let center_error = CENTER_ERROR * from_origin;
+            let corner_error = SINGLE_ROUNDOFF * (8.0 * reach + 2.0 * farthest) + center_error;
+            let largest = 2.0 * reach + farthest + corner_error;
+
+            // Bound the error of a difference of two products of such coordinates.
+            let per_distance = SLACK * (corner_error + SINGLE_ROUNDOFF * largest);
+            let at_least = SLACK * 2.0 * corner_error * corner_error;
+            let is_usable = (farthest < FARTHEST_CENTER) & (center_error < FARTHEST_CENTER);
+            filters.last[lane] = if is_x { 0 } else { 2 - u32::from(is_y) };
+            filters.slope[0][lane] = slope[0] as f32;
+            filters.slope[1][lane] = slope[1] as f32;
+            filters.center[0][lane] = center[0] as f32;
+            filters.center[1][lane] = center[1] as f32;
+            // An infinite bound lets all triangles pass.
+            filters.error_per_distance[lane] =
+                if is_usable { per_distance as f32 } else { f32::INFINITY };
+            filters.error_at_least[lane] = if is_usable { at_least as f32 } else { f32::INFINITY };
+        }
+        filters
+    }
+
+    /// The ray in a lane.
+    #[inline(always)]
+    pub fn lane(&self, lane: usize) -> LeafFilter {
+        LeafFilter {
+            last: self.last[lane],
+            slope: [self.slope[0][lane], self.slope[1][lane]],
+            center: [self.center[0][lane], self.center[1][lane]],
+            error_per_distance: self.error_per_distance[lane],
+            error_at_least: self.error_at_least[lane],
+        }
+    }
+}
+
+/// One instruction, other than `f64::max`, which has rules for NaN.
+#[inline(always)]
+fn larger(a: f64, b: f64) -> f64 {
+    if a > b { a } else { b }
+}
+
 impl LeafFilter {
     /// For a valid ray, and corners whose frame coordinates are at most `reach`.
-    #[inline(always)]
+    #[inline]
     pub fn new(ray: &Ray, frame: &Frame, reach: f32) -> LeafFilter {
-        // Choose the axis along which to project, and where the line is there.
-        let last = ray.direction.abs().max_axis();
-        let axes = [(last + 1) % 3, (last + 2) % 3, last];
-        let origin = frame.point(ray.origin);
-        let inverse = 1.0 / ray.direction[last];
-        let slope = [ray.direction[axes[0]] * inverse, ray.direction[axes[1]] * inverse];
-        let center =
-            [origin[axes[0]] - slope[0] * origin[last], origin[axes[1]] - slope[1] * origin[last]];
-
-        // Bound the error of a projected corner: a corner is rounded to single precision, and so
-        // are the slope, its product with a coordinate, a difference of up to twice the reach, the
-        // center, and a difference of all that.
-        let reach = f64::from(reach).max(0.5);
-        let farthest = center[0].abs().max(center[1].abs());
-        let center_error = CENTER_ERROR * origin.abs().max_element();
-        let corner_error = SINGLE_ROUNDOFF * (8.0 * reach + 2.0 * farthest) + center_error;
-        let largest = 2.0 * reach + farthest + corner_error;
-
-        // Bound the error of a difference of two products of such coordinates.
-        let per_distance = SLACK * (corner_error + SINGLE_ROUNDOFF * largest);
-        let at_least = SLACK * 2.0 * corner_error * corner_error;
-        let usable = farthest < FARTHEST_CENTER && center_error < FARTHEST_CENTER;
-        LeafFilter {
-            axes,
-            slope: [slope[0] as f32, slope[1] as f32],
-            center: [center[0] as f32, center[1] as f32],
-            // An infinite bound lets all triangles pass.
-            error_per_distance: if usable { per_distance as f32 } else { f32::INFINITY },
-            error_at_least: if usable { at_least as f32 } else { f32::INFINITY },
-        }
+        let lanes = |v: Vec3| v.to_array().map(|x| [x; 8]);
+        LeafFilters::new(&lanes(frame.point(ray.origin)), &lanes(ray.direction), reach).lane(0)
     }
 
     /// The axes of the projection, that along which is projected last; the slope and the center; the
@@ -93,18 +150,19 @@ impl LeafFilter {
     #[inline(always)]
     pub fn parts(&self) -> ([usize; 3], [f32; 2], [f32; 2], [f32; 2]) {
         let error = [self.error_per_distance, self.error_at_least];
-        (self.axes, self.slope, self.center, error)
+        (AXES[self.last as usize], self.slope, self.center, error)
     }
 
     /// A bit for each triangle that the line may meet; all others it misses for certain.
     #[inline(always)]
     pub fn candidates(&self, corners: &CornerLanes) -> u32 {
         // Project the corners along the line, which goes to the origin.
+        let axes = AXES[self.last as usize];
         let mut projected = [[[0.0f32; 8]; 2]; 3];
         for (corner, projected) in corners.iter().zip(&mut projected) {
-            let depth = &corner[self.axes[2]];
+            let depth = &corner[axes[2]];
             for i in 0..2 {
-                let across = &corner[self.axes[i]];
+                let across = &corner[axes[i]];
                 for lane in 0..8 {
                     projected[i][lane] =
                         (across[lane] - self.slope[i] * depth[lane]) - self.center[i];

@@ -39,7 +39,7 @@ mod surface_point;
 
 pub use edge_function::Orientation;
 pub use frame::Frame;
-pub use leaf_filter::{CornerLanes, LeafFilter};
+pub use leaf_filter::{CornerLanes, LeafFilter, LeafFilters};
 pub use ray_triangle::{Bounds, Contact, Meeting, PreparedRay, Touched};
 pub use surface_point::SurfacePoint;
 

@@ -49,7 +49,7 @@ const DIRECTION_EXPONENT: i32 = 500;
 
 impl PreparedRay {
     /// `None` if the ray hits nothing by definition; see [`Ray::is_valid`].
-    #[inline]
+    #[inline(always)]
     pub fn new(ray: &Ray) -> Option<PreparedRay> {
         if !ray.is_valid() {
             return None;

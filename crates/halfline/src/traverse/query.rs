@@ -99,7 +99,7 @@ impl Query for ClosestHit {
         self.face = NO_FACE;
     }
 
-    #[inline]
+    #[inline(always)]
     fn offer(&mut self, ray: &PreparedRay, meeting: &Meeting, face: u32) {
         let bounds = meeting.bounds(ray);
         let is_in_range = ray.are_in_range(bounds);
@@ -139,7 +139,7 @@ impl Query for AnyHit {
         self.found = false;
     }
 
-    #[inline]
+    #[inline(always)]
     fn offer(&mut self, ray: &PreparedRay, meeting: &Meeting, _face: u32) {
         self.found |= match ray.are_in_range(meeting.bounds(ray)) {
             Some(answer) => answer,

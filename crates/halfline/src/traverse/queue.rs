@@ -20,7 +20,7 @@
 
 use super::leaf_kernel::candidates;
 use super::query::{Query, Search};
-use super::wide_ray::{WideRay, World};
+use super::wide_ray::{WideRay, WideRays, World};
 use crate::geometry::{NO_FACE, Ray, Vec3};
 use crate::mesh::Mesh;
 use crate::numeric::{LeafFilter, PreparedRay};
@@ -28,7 +28,10 @@ use crate::simd::{Job, LANES, Simd};
 use crate::tree::{KdTree, LeafBlock, WideNode, Word};
 
 /// Rays under way at a time.
-const SLOTS: usize = 64;
+const SLOTS: usize = 32;
+
+/// In lanes beyond the last ray.
+const NO_RAY: Ray = Ray { origin: Vec3::ZERO, direction: Vec3::ZERO, t_min: 0.0, t_max: 0.0 };
 
 /// A batch: rays by number, and what is asked about each.
 pub trait Batch {
@@ -44,6 +47,9 @@ pub trait Batch {
     /// Takes the answer of a walk that met some triangle's line.
     fn finish(&mut self, number: usize, ray: &PreparedRay, query: &mut Self::Query);
 }
+
+/// All lanes, the first first, as [`Simd::push`] takes them.
+const IN_ORDER: u32 = 0o76_543_210;
 
 /// What waits on the walk of one ray. Writes are eight wide, so there is that much room at the end.
 struct Stack {
@@ -77,15 +83,27 @@ impl Stack {
         Word(self.words[self.waiting])
     }
 
-    /// Drops what is entered beyond `limit`.
+    /// Drops what is entered beyond `limit`, eight at a time.
     #[inline(always)]
-    fn drop_beyond(&mut self, limit: f32) {
-        let mut kept = 1;
-        for i in 1..self.waiting {
-            let (word, near) = (self.words[i], self.nears[i]);
-            self.words[kept] = word;
-            self.nears[kept] = near;
-            kept += usize::from(near <= limit);
+    fn drop_beyond<S: Simd>(&mut self, simd: S, limit: f32) {
+        // What lies beyond the last that waits is dropped too.
+        self.free().0.fill(f32::INFINITY);
+        let limit = simd.splat(limit.min(f32::MAX));
+        let (mut kept, mut first) = (1, 1);
+        while first < self.waiting {
+            let nears = self.nears[first..].first_chunk().copied();
+            let words = self.words[first..].first_chunk().copied();
+            let (Some(nears), Some(words)) = (nears, words) else {
+                unreachable!("there is room for eight beyond the last that waits")
+            };
+            let near = simd.load(&nears);
+            let (free_nears, free_words) =
+                (self.nears[kept..].first_chunk_mut(), self.words[kept..].first_chunk_mut());
+            let (Some(free_nears), Some(free_words)) = (free_nears, free_words) else {
+                unreachable!("no more are kept than there were")
+            };
+            kept += simd.push(near, limit, &words, IN_ORDER, free_nears, free_words);
+            first += LANES;
         }
         self.waiting = kept;
     }
@@ -101,8 +119,7 @@ struct Walk {
     candidates: u32,
     number: usize,
     stack: Stack,
-    /// Once the ray has come to a leaf.
-    filter: Option<LeafFilter>,
+    filter: LeafFilter,
 }
 
 /// What only rays need that may hit.
@@ -160,8 +177,10 @@ impl Queues {
 
 /// Rays that were prepared together and wait for slots.
 struct Waiting {
-    rays: [Option<WideRay>; LANES],
-    /// The number of the first of them, and of the next to be looked at.
+    rays: WideRays,
+    /// A bit for each that waits.
+    lanes: u32,
+    /// The number of the first of them, and of the first that is not prepared yet.
     first: usize,
     next: usize,
 }
@@ -184,18 +203,19 @@ impl<B: Batch> Job for Cast<'_, B> {
         let (tree, root) = (self.tree, self.tree.wide.root);
         let world = World { frame: tree.frame, root: tree.root.bounds, reach: tree.reach };
         let memory = Memory::of(tree);
-        let mut waiting = Waiting { rays: [None; LANES], first: 0, next: 0 };
+        let rays = WideRays::new(&[NO_RAY; LANES], &world);
+        let mut waiting = Waiting { rays, lanes: 0, first: 0, next: 0 };
 
         // Give each slot a ray.
         let mut queues = Queues { nodes: Queue::EMPTY, leaves: Queue::EMPTY, ends: Queue::EMPTY };
         let mut walks: Vec<Walk> = Vec::with_capacity(SLOTS);
         let mut decisions: Vec<Decision<B::Query>> = Vec::with_capacity(SLOTS);
         while walks.len() < SLOTS
-            && let Some((number, wide)) = self.next_ray(&world, &mut waiting)
+            && let Some((number, wide, filter)) = self.next_ray(&world, &mut waiting)
         {
             queues.push(walks.len() as u8, root);
             let stack = Stack::new(tree.wide.most_waiting);
-            walks.push(Walk { wide, word: root, candidates: 0, number, stack, filter: None });
+            walks.push(Walk { wide, word: root, candidates: 0, number, stack, filter });
             decisions.push(Decision { prepared: None, query: B::Query::default() });
         }
 
@@ -220,10 +240,7 @@ impl<B: Batch> Job for Cast<'_, B> {
             for &slot in leaves.slots() {
                 let walk = &mut walks[usize::from(slot)];
                 let block = &tree.leaves.blocks[walk.word.index()];
-                let filter = walk.filter.get_or_insert_with(|| {
-                    LeafFilter::new(&self.batch.ray(walk.number), &world.frame, world.reach)
-                });
-                walk.candidates = candidates(simd, filter, &block.corners);
+                walk.candidates = candidates(simd, &walk.filter, &block.corners);
                 let is_hit = walk.candidates != 0;
                 hits.push_if(slot, is_hit);
                 walk.stack.waiting -= usize::from(!is_hit);
@@ -234,7 +251,7 @@ impl<B: Batch> Job for Cast<'_, B> {
             for &slot in hits.slots() {
                 let (walk, decision) =
                     (&mut walks[usize::from(slot)], &mut decisions[usize::from(slot)]);
-                self.decide(walk, decision);
+                self.decide(simd, walk, decision);
                 memory.prefetch(simd, walk.word);
             }
             for &slot in leaves.slots() {
@@ -251,8 +268,8 @@ impl<B: Batch> Job for Cast<'_, B> {
                     decision.query.restart();
                     decision.prepared = None;
                 }
-                if let Some((number, wide)) = self.next_ray(&world, &mut waiting) {
-                    (walk.wide, walk.number, walk.filter) = (wide, number, None);
+                if let Some((number, wide, filter)) = self.next_ray(&world, &mut waiting) {
+                    (walk.number, walk.wide, walk.filter) = (number, wide, filter);
                     walk.word = root;
                     walk.stack.waiting = 1;
                     queues.push(slot, root);
@@ -266,38 +283,44 @@ impl<B: Batch> Job for Cast<'_, B> {
 impl<B: Batch> Cast<'_, B> {
     /// The next ray that meets the root's box, and its number.
     #[inline(always)]
-    fn next_ray(&mut self, world: &World, waiting: &mut Waiting) -> Option<(usize, WideRay)> {
-        let count = self.batch.count();
-        while waiting.next < count {
-            let lane = waiting.next - waiting.first;
-            if lane % LANES == 0 {
-                self.prepare(world, waiting);
+    fn next_ray(
+        &mut self,
+        world: &World,
+        waiting: &mut Waiting,
+    ) -> Option<(usize, WideRay, LeafFilter)> {
+        loop {
+            while waiting.lanes != 0 {
+                let lane = waiting.lanes.trailing_zeros() as usize;
+                waiting.lanes &= waiting.lanes - 1;
+                let number = waiting.first + lane;
+                if waiting.rays.single >> lane & 1 == 0 {
+                    let (wide, filter) = waiting.rays.lane(lane);
+                    return Some((number, wide, filter));
+                }
+                if let Some((wide, filter)) = WideRay::new(&self.batch.ray(number), world) {
+                    return Some((number, wide, filter));
+                }
             }
-            let number = waiting.next;
-            waiting.next += 1;
-            if let Some(wide) = waiting.rays[lane % LANES] {
-                return Some((number, wide));
-            }
-        }
-        None
-    }
 
-    /// Prepares the next eight rays.
-    #[inline(always)]
-    fn prepare(&self, world: &World, waiting: &mut Waiting) {
-        /// In lanes beyond the last ray; hits nothing by definition.
-        const NONE: Ray = Ray { origin: Vec3::ZERO, direction: Vec3::ZERO, t_min: 0.0, t_max: 0.0 };
-        waiting.first = waiting.next;
-        let mut rays = [NONE; LANES];
-        for (lane, number) in (waiting.first..self.batch.count()).take(LANES).enumerate() {
-            rays[lane] = self.batch.ray(number);
+            // Prepare the next eight.
+            let count = self.batch.count();
+            if waiting.next >= count {
+                return None;
+            }
+            waiting.first = waiting.next;
+            waiting.next = count.min(waiting.first + LANES);
+            let mut rays = [NO_RAY; LANES];
+            for number in waiting.first..waiting.next {
+                rays[number - waiting.first] = self.batch.ray(number);
+            }
+            waiting.rays = WideRays::new(&rays, world);
+            waiting.lanes = waiting.rays.met & ((1 << (waiting.next - waiting.first)) - 1);
         }
-        waiting.rays = WideRay::prepare(&rays, world);
     }
 
     /// Decides the candidates of the leaf that a ray has come to, and takes up what is next.
     #[inline(always)]
-    fn decide(&self, walk: &mut Walk, decision: &mut Decision<B::Query>) {
+    fn decide<S: Simd>(&self, simd: S, walk: &mut Walk, decision: &mut Decision<B::Query>) {
         let (tree, query) = (self.tree, &mut decision.query);
         let block = &tree.leaves.blocks[walk.word.index()];
         let prepared = match &mut decision.prepared {
@@ -328,16 +351,22 @@ impl<B: Batch> Cast<'_, B> {
         let t_max = query.t_max(prepared.t_max);
         if t_max < before {
             walk.wide.set_limit(t_max);
-            walk.stack.drop_beyond(walk.wide.limit);
+            walk.stack.drop_beyond(simd, walk.wide.limit);
         }
         walk.word = walk.stack.pop();
     }
 }
 
+/// Trees up to this size stay in the second-level caches of today's machines, and asking for what is
+/// there only takes time.
+const CACHED_BYTES: usize = 512 << 10;
+
 /// Where nodes and leaves lie.
 #[derive(Clone, Copy)]
 struct Memory {
     nodes: usize,
+    /// False if all lies in the caches anyway.
+    is_large: bool,
     /// From the first node to the first leaf.
     leaves_from_nodes: usize,
 }
@@ -346,12 +375,16 @@ impl Memory {
     fn of(tree: &KdTree) -> Memory {
         let nodes = tree.wide.nodes.as_ptr().addr();
         let leaves = tree.leaves.blocks.as_ptr().addr();
-        Memory { nodes, leaves_from_nodes: leaves.wrapping_sub(nodes) }
+        let is_large = tree.bytes() > CACHED_BYTES;
+        Memory { nodes, is_large, leaves_from_nodes: leaves.wrapping_sub(nodes) }
     }
 
     /// Asks for all cache lines of a node or leaf, without a branch on which it is.
     #[inline(always)]
     fn prefetch<S: Simd>(&self, simd: S, word: Word) {
+        if !self.is_large {
+            return;
+        }
         const LINES: usize = size_of::<LeafBlock>() / 64;
         let is_leaf = usize::from(word.is_leaf());
         let size =

@@ -11,7 +11,7 @@
 
 use super::slab::{Scale, SlabRay};
 use crate::geometry::{Ray, Vec3};
-use crate::numeric::{Frame, UNIT_ROUNDOFF};
+use crate::numeric::{Frame, LeafFilter, LeafFilters, UNIT_ROUNDOFF};
 use crate::simd::{LANES, Simd};
 use crate::tree::{Bounds, WideNode};
 
@@ -54,6 +54,22 @@ pub struct WideRay {
     scale: Scale,
 }
 
+/// Eight rays, in lanes.
+pub struct WideRays {
+    inverse: [[f32; LANES]; 3],
+    near: [[f32; LANES]; 3],
+    far: [[f32; LANES]; 3],
+    limit: [f32; LANES],
+    octant: [u32; LANES],
+    start: Lanes,
+    factor: Lanes,
+    filters: LeafFilters,
+    /// A bit for each ray that meets the root's box, or is to be looked at by itself.
+    pub met: u32,
+    /// Those to be looked at by themselves.
+    pub single: u32,
+}
+
 /// What all rays of a scene have in common.
 #[derive(Clone, Copy)]
 pub struct World {
@@ -73,11 +89,10 @@ type Lanes = [f64; LANES];
 const ORDINARY: std::ops::Range<f64> =
     f64::from_bits((1023 - 200) << 52)..f64::from_bits((1023 + 200) << 52);
 
-impl WideRay {
-    /// The parts of some rays within the root's box. `None` for a ray without one, and for one that
-    /// hits nothing by definition.
+impl WideRays {
+    /// Finds the parts of rays within the root's box.
     #[inline(always)]
-    pub fn prepare(rays: &[Ray; LANES], world: &World) -> [Option<WideRay>; LANES] {
+    pub fn new(rays: &[Ray; LANES], world: &World) -> WideRays {
         let mut origin = [[0.0; LANES]; 3];
         let mut direction = [[0.0; LANES]; 3];
         let (mut t_min, mut t_max) = ([0.0; LANES], [0.0; LANES]);
@@ -187,28 +202,46 @@ impl WideRay {
             }
         }
 
-        let mut prepared = [None; LANES];
+        let (mut met, mut single) = (0, 0);
         for lane in 0..LANES {
-            if is_met[lane] == 1 {
-                prepared[lane] = Some(WideRay {
-                    inverse: [inverted[0][lane], inverted[1][lane], inverted[2][lane]],
-                    near: [near[0][lane], near[1][lane], near[2][lane]],
-                    far: [far[0][lane], far[1][lane], far[2][lane]],
-                    limit: limit[lane],
-                    octant: octant[lane],
-                    start: enter[lane],
-                    scale: Scale::by(factor[lane]),
-                });
-            } else if is_ordinary[lane] == 0 || is_open[lane] == 1 {
-                prepared[lane] = WideRay::new(&rays[lane], world);
-            }
+            single |= ((is_ordinary[lane] ^ 1 | is_open[lane]) as u32) << lane;
+            met |= (is_met[lane] as u32) << lane;
         }
-        prepared
+        WideRays {
+            inverse: inverted,
+            near,
+            far,
+            limit,
+            octant,
+            start: enter,
+            factor,
+            filters: LeafFilters::new(&origin, &direction, world.reach),
+            met: met | single,
+            single,
+        }
     }
 
+    /// The ray in a lane that is met and not single, and its filter.
+    #[inline(always)]
+    pub fn lane(&self, lane: usize) -> (WideRay, LeafFilter) {
+        let of = |lanes: &[[f32; LANES]; 3]| [lanes[0][lane], lanes[1][lane], lanes[2][lane]];
+        let wide = WideRay {
+            inverse: of(&self.inverse),
+            near: of(&self.near),
+            far: of(&self.far),
+            limit: self.limit[lane],
+            octant: self.octant[lane],
+            start: self.start[lane],
+            scale: Scale::by(self.factor[lane]),
+        };
+        (wide, self.filters.lane(lane))
+    }
+}
+
+impl WideRay {
     /// The part of one ray within the root's box, as far as it matters.
     #[cold]
-    fn new(ray: &Ray, world: &World) -> Option<WideRay> {
+    pub fn new(ray: &Ray, world: &World) -> Option<(WideRay, LeafFilter)> {
         if !ray.is_valid() {
             return None;
         }
@@ -223,7 +256,7 @@ impl WideRay {
             + START_ERROR * (origin.abs().max_element() + 2.0 * start.abs())
             + f64::from(f32::MIN_POSITIVE);
         let mut wide = WideRay {
-            inverse: [0.0; 3],
+            inverse: [1.0; 3],
             near: [f32::MIN; 3],
             far: [f32::MAX; 3],
             limit: 0.0,
@@ -232,20 +265,19 @@ impl WideRay {
             scale,
         };
         // Where even doubles are too coarse, as for origins beyond the range of `slab.rs`, the ray
-        // meets everything: NaN ends here too.
-        let is_usable = position_error < WIDEST && scale.is_bounded();
-        for axis in 0..3 {
-            let inverse = inverse_direction[axis].clamp(-STEEPEST, STEEPEST);
-            let (away, room) = (-at[axis] * inverse, position_error * inverse.abs());
-            wide.octant |= u32::from(inverse < 0.0) << axis;
-            wide.inverse[axis] = inverse as f32;
-            if is_usable {
+        // meets everything but empty boxes: NaN ends here too.
+        if position_error < WIDEST && scale.is_bounded() {
+            for axis in 0..3 {
+                let inverse = inverse_direction[axis].clamp(-STEEPEST, STEEPEST);
+                let (away, room) = (-at[axis] * inverse, position_error * inverse.abs());
+                wide.octant |= u32::from(inverse < 0.0) << axis;
+                wide.inverse[axis] = inverse as f32;
                 wide.near[axis] = (away - room) as f32;
                 wide.far[axis] = (away + room) as f32;
             }
         }
         wide.set_limit(ray.t_max);
-        Some(wide)
+        Some((wide, LeafFilter::new(ray, &world.frame, world.reach)))
     }
 
     /// Boxes that are entered beyond t_max do not matter.

@@ -15,7 +15,9 @@ pub use random::Random;
 
 use halfline::mesh::Positions;
 use halfline::numeric::PreparedRay;
-use halfline::tree::{BLOCK_SIZE, Bounds, KdTree, LeafBlock, MAX_DEPTH, Node, NodeKind, Split};
+use halfline::tree::{
+    BLOCK_SIZE, Bounds, KdTree, LeafBlock, MAX_DEPTH, Node, NodeKind, Split, WideNode, Word,
+};
 use halfline::{Mesh, Ray, Vec3};
 
 /// A mesh from triangles that share no vertex.
@@ -339,4 +341,54 @@ pub fn check_structure(name: &str, tree: &KdTree, mesh: &Mesh) {
     let missing = seen.iter().filter(|&&seen| !seen).count();
     let skipped = tree.skipped_zero_area + tree.skipped_non_finite;
     assert_eq!(missing, skipped, "{name}: faces without a reference");
+    check_wide(name, tree);
+}
+
+/// Fails unless the wide tree holds each leaf of the binary one once, in boxes that hold those of
+/// what is below them, visits all children in any octant, and says how many may wait.
+fn check_wide(name: &str, tree: &KdTree) {
+    let mut boxes = vec![None; tree.leaves.blocks.len()];
+    for node in tree.children.iter().flat_map(|pair| pair.0).chain([tree.root]) {
+        if let NodeKind::Leaf { first, .. } = node.kind() {
+            boxes[first as usize] = Some(node.bounds);
+        }
+    }
+    let wide = &tree.wide;
+    let mut waiting = vec![0; wide.nodes.len()];
+    let bounds_in = |node: &WideNode, lane: usize| {
+        let side = |side: usize| [0, 1, 2].map(|axis| node.planes[axis][side][lane]);
+        Bounds { min: side(0), max: side(1) }
+    };
+    for (number, node) in wide.nodes.iter().enumerate().rev() {
+        let children: Vec<Word> = node.children().collect();
+        assert!(children.len() >= 2, "{name}: {children:?}");
+        for order in node.orders {
+            let mut lanes: Vec<u32> = (0..8).map(|step| order >> (3 * step) & 7).collect();
+            assert!(lanes[..children.len()].iter().all(|&lane| lane < children.len() as u32));
+            lanes.sort_unstable();
+            assert_eq!(lanes, [0, 1, 2, 3, 4, 5, 6, 7], "{name}: an order");
+        }
+        for (lane, child) in children.iter().enumerate() {
+            let bounds = bounds_in(node, lane);
+            if child.is_leaf() {
+                assert_eq!(boxes[child.index()].take(), Some(bounds), "{name}: a leaf's box");
+            } else {
+                assert!(child.index() > number, "{name}: children come later");
+                let below = &wide.nodes[child.index()];
+                for lane in 0..below.children().count() {
+                    let inner = bounds_in(below, lane);
+                    assert!(contains(&bounds, &inner), "{name}: {inner:?} in {bounds:?}");
+                }
+            }
+        }
+        let deepest = children.iter().filter(|word| word.is_inner());
+        let deepest = deepest.map(|word| waiting[word.index()]).max().unwrap_or(0);
+        waiting[number] = children.len() - 1 + deepest;
+    }
+    if wide.root.is_leaf() {
+        boxes[wide.root.index()] = None;
+    }
+    assert_eq!(wide.most_waiting, waiting.first().copied().unwrap_or(0), "{name}");
+    let lost = boxes.iter().flatten().filter(|bounds| !bounds.is_empty()).count();
+    assert_eq!(lost, 0, "{name}: leaves that no node has");
 }
