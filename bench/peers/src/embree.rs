@@ -35,8 +35,7 @@ pub enum Packets {
     Coherent16,
 }
 
-pub const ALL_PACKETS: [Packets; 3] =
-    [Packets::Single, Packets::Incoherent16, Packets::Coherent16];
+pub const ALL_PACKETS: [Packets; 3] = [Packets::Single, Packets::Incoherent16, Packets::Coherent16];
 
 /// `RTCIntersectArguments` and `RTCOccludedArguments`, which are the same, and room for what later
 /// versions append.
@@ -161,7 +160,13 @@ impl Embree {
     }
 
     /// Builds a scene over the mesh, on so many threads. Neither scene nor device is ever released.
-    pub fn scene(&self, mesh: &SingleMesh, quality: Quality, robust: bool, threads: usize) -> Scene<'_> {
+    pub fn scene(
+        &self,
+        mesh: &SingleMesh,
+        quality: Quality,
+        robust: bool,
+        threads: usize,
+    ) -> Scene<'_> {
         let device = self.device(threads);
         // SAFETY: types as in the headers; the buffers outlive the scene, as the mesh is leaked by
         // the caller, and have room for one more element, as Embree demands.

@@ -1,6 +1,6 @@
 //! halfline against Embree: same meshes, same rays, in turns.
 //!
-//! `peers LIBEMBREE4 OUT.json [--rounds N] [--rays N] [--threads N] NAME=MESH...`
+//! `peers LIBEMBREE4 OUT.json [--rounds=N] [--rays=N] [--threads=N] NAME=MESH...`
 //!
 //! An array of 32-byte rays goes in, and an array of t and face, or of booleans, comes out, inside
 //! of what is timed. Embree is taken in every configuration (quality, packets; robust or not), and
@@ -33,13 +33,16 @@ fn seconds(work: impl FnOnce()) -> f64 {
 fn main() {
     let mut arguments = std::env::args().skip(1);
     let (Some(library), Some(out)) = (arguments.next(), arguments.next()) else {
-        eprintln!("usage: peers LIBEMBREE4 OUT.json [--rounds N] [--rays N] [--threads N] NAME=MESH...");
+        eprintln!(
+            "usage: peers LIBEMBREE4 OUT.json [--rounds=N] [--rays=N] [--threads=N] NAME=MESH..."
+        );
         std::process::exit(2);
     };
-    let (mut rounds, mut most, mut threads, mut meshes) = (5, 1usize << 20, 1, Vec::new());
-    while let Some(argument) = arguments.next() {
-        let mut number = || arguments.next().and_then(|n| n.parse().ok()).expect("a number");
-        match argument.as_str() {
+    let (mut rounds, mut most, mut threads, mut meshes) = (3, 1usize << 20, 1, Vec::new());
+    for argument in arguments {
+        let (name, value) = argument.split_once('=').expect("NAME=VALUE");
+        let number = || value.parse::<usize>().expect("a number");
+        match name {
             "--rounds" => rounds = number(),
             "--rays" => most = number(),
             "--threads" => threads = number(),
@@ -88,7 +91,9 @@ fn measure(
         scenes.push((quality, robust, scene));
     }
 
-    println!("  rays       halfline    Embree    ratio   Embree's best          its robust best, M rays/s");
+    println!(
+        "  rays       halfline    Embree    ratio   Embree's best          its robust best, M rays/s"
+    );
     for kind in rays::for_scene(&scene, name == "hall", most) {
         let rays = &kind.rays;
         let mut configurations: Vec<(usize, Packets)> = Vec::new();

@@ -40,7 +40,7 @@ mod surface_point;
 pub use edge_function::Orientation;
 pub use frame::Frame;
 pub use leaf_filter::{CornerLanes, LeafFilter, LeafFilters};
-pub use ray_triangle::{Bounds, Contact, Meeting, PreparedRay, Touched};
+pub use ray_triangle::{Bounds, Contact, Meeting, PreparedRay, TakeMeeting, Touched};
 pub use surface_point::SurfacePoint;
 
 pub(crate) use border::{Touch, complete_hits, has_edges};

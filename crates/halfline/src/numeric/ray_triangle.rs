@@ -19,7 +19,7 @@ use super::double_double::UNIT_ROUNDOFF;
 use super::edge_function::{Bounded, Orientation, edge_function, exact_edge_sign, perturbed_sign};
 use super::exact::{BigFloat, DigitRange, ExactNumber, Expansion};
 use super::power_of_two::{exponent_of, scale_vector};
-use crate::geometry::{Hit, Ray, Vec3};
+use crate::geometry::{Hit, Ray, Vec3, vec3};
 
 /// A ray, ready for the triangle test.
 #[derive(Clone, Copy, Debug)]
@@ -32,8 +32,11 @@ pub struct PreparedRay {
     /// with tiny coordinates keep all their bits. Where the smallest component would lose some all
     /// are NaN: then no filter is certain of anything, and everything is decided exactly.
     pub(super) direction: Vec3,
-    /// The axis of its largest component.
-    axis: usize,
+    /// The unit vector along the axis of its largest component: a product with it takes a component
+    /// without a branch.
+    longest: Vec3,
+    /// That component of the given direction.
+    given_along: f64,
     /// The scaled direction is 2^t_exponent times the given one, and so is t for the given one.
     pub(super) t_exponent: i32,
     /// Smallest t that counts.
@@ -47,27 +50,51 @@ pub struct PreparedRay {
 /// What overflows or underflows beyond that is not lost, but decided exactly, which takes longer.
 const DIRECTION_EXPONENT: i32 = 500;
 
+impl Default for PreparedRay {
+    /// A ray that hits nothing.
+    fn default() -> PreparedRay {
+        PreparedRay {
+            origin: Vec3::ZERO,
+            given_direction: Vec3::ZERO,
+            direction: Vec3::ZERO,
+            longest: Vec3::ZERO,
+            given_along: 0.0,
+            t_exponent: 0,
+            t_min: f64::INFINITY,
+            t_max: f64::NEG_INFINITY,
+        }
+    }
+}
+
 impl PreparedRay {
     /// `None` if the ray hits nothing by definition; see [`Ray::is_valid`].
-    #[inline(always)]
+    #[inline]
     pub fn new(ray: &Ray) -> Option<PreparedRay> {
-        if !ray.is_valid() {
-            return None;
-        }
+        let mut prepared = PreparedRay::default();
+        ray.is_valid().then(|| prepared.set(ray))?;
+        Some(prepared)
+    }
+
+    /// Prepares a valid ray in the place of another: in queues, where many wait in memory, a copy
+    /// of what was just written would have to wait for the writes.
+    #[inline(always)]
+    pub fn set(&mut self, ray: &Ray) {
         let magnitude = ray.direction.abs();
         let exponent = DIRECTION_EXPONENT - exponent_of(magnitude.max_element());
         let scaled = scale_vector(ray.direction, exponent);
         let keeps_all_bits = scale_vector(scaled, -exponent) == ray.direction;
-        let direction = if keeps_all_bits { scaled } else { Vec3::splat(f64::NAN) };
-        Some(PreparedRay {
-            origin: ray.origin,
-            given_direction: ray.direction,
-            direction,
-            axis: magnitude.max_axis(),
-            t_exponent: exponent,
-            t_min: ray.t_min,
-            t_max: ray.t_max,
-        })
+        self.direction = if keeps_all_bits { scaled } else { Vec3::splat(f64::NAN) };
+        self.origin = ray.origin;
+        self.given_direction = ray.direction;
+        let Vec3 { x, y, z } = magnitude;
+        let is_x = (x > y) & (x > z);
+        let is_y = !is_x & (y > z);
+        let one = |is: bool| f64::from(u8::from(is));
+        self.longest = vec3(one(is_x), one(is_y), one(!is_x & !is_y));
+        self.given_along = self.longest.dot(ray.direction);
+        self.t_exponent = exponent;
+        self.t_min = ray.t_min;
+        self.t_max = ray.t_max;
     }
 }
 
@@ -163,14 +190,16 @@ impl Meeting {
     #[inline(always)]
     pub fn bounds(&self, ray: &PreparedRay) -> Bounds {
         // Take the mean of the corners along the axis that the ray follows most.
-        let axis = ray.axis;
         let [a, b, c] = &self.corners;
-        let start = ray.origin[axis];
-        let along = [a[axis] - start, b[axis] - start, c[axis] - start];
+        let along = [
+            (*a - ray.origin).dot(ray.longest),
+            (*b - ray.origin).dot(ray.longest),
+            (*c - ray.origin).dot(ray.longest),
+        ];
         let [u, v, w] = &self.edges;
         let [p, q, r] = [u.value * along[0], v.value * along[1], w.value * along[2]];
         let weights = u.value + v.value + w.value;
-        let inverse = 1.0 / (weights * ray.given_direction[axis]);
+        let inverse = 1.0 / (weights * ray.given_along);
         let t = (p + q + r) * inverse;
 
         // An error of a weight moves the mean by no more than the corners are apart.
@@ -186,6 +215,37 @@ impl Meeting {
             && error < SAFE_T.end
             && inverse.abs() < LARGEST_INVERSE;
         if is_bounded { Bounds { low: t - error, high: t + error } } else { Bounds::UNKNOWN }
+    }
+}
+
+/// What goes on with meetings.
+pub trait TakeMeeting {
+    /// Takes the meeting of the line of `ray` with `face`, whose t may be out of range.
+    fn take(&mut self, ray: &PreparedRay, meeting: &Meeting, face: u32);
+}
+
+/// What is certain about the signs of three edge functions.
+enum Sign {
+    /// Two of them differ: nearly every candidate that is missed ends here.
+    Both,
+    /// All are this.
+    One(i8),
+    /// Some are open.
+    Open,
+}
+
+#[inline(always)]
+fn certain_sign_of(edges: &[Bounded; 3]) -> Sign {
+    let positive = edges.iter().fold(0, |n, e| n + i32::from(e.value > e.error));
+    let negative = edges.iter().fold(0, |n, e| n + i32::from(e.value < -e.error));
+    if positive > 0 && negative > 0 {
+        Sign::Both
+    } else if positive == 3 {
+        Sign::One(1)
+    } else if negative == 3 {
+        Sign::One(-1)
+    } else {
+        Sign::Open
     }
 }
 
@@ -256,29 +316,53 @@ impl PreparedRay {
     ///
     /// NaN or infinite corners are never met: no sign of their edge functions is certain, and the
     /// exact path refuses them.
-    #[inline(always)]
+    #[inline]
     pub fn meet_line(&self, corners: [Vec3; 3]) -> Option<Meeting> {
-        // Take the corners relative to the origin and compute the three edge functions.
-        let [a, b, c] = corners;
-        let (a, b, c) = (a - self.origin, b - self.origin, c - self.origin);
-        let edges = [
+        let edges = self.edges_of(&corners);
+        match certain_sign_of(&edges) {
+            Sign::Both => None,
+            Sign::One(sign) => Some(Meeting { corners, edges, signs: [sign; 3] }),
+            Sign::Open => self.meet_closely(corners, edges),
+        }
+    }
+
+    /// [`PreparedRay::meet_line`] that goes on with what it finds instead of returning it: an answer
+    /// from either path would go through memory, and reading at once what was just written stalls.
+    #[inline(always)]
+    pub fn meet_line_then<T: TakeMeeting>(&self, corners: [Vec3; 3], face: u32, taker: &mut T) {
+        let edges = self.edges_of(&corners);
+        match certain_sign_of(&edges) {
+            Sign::Both => {}
+            Sign::One(sign) => {
+                taker.take(self, &Meeting { corners, edges, signs: [sign; 3] }, face);
+            }
+            Sign::Open => self.meet_closely_then(corners, edges, face, taker),
+        }
+    }
+
+    #[cold]
+    #[inline(never)]
+    fn meet_closely_then<T: TakeMeeting>(
+        &self,
+        corners: [Vec3; 3],
+        edges: [Bounded; 3],
+        face: u32,
+        taker: &mut T,
+    ) {
+        if let Some(meeting) = self.meet_closely(corners, edges) {
+            taker.take(self, &meeting, face);
+        }
+    }
+
+    /// The three edge functions, each named by the corner opposite to the edge.
+    #[inline(always)]
+    fn edges_of(&self, [a, b, c]: &[Vec3; 3]) -> [Bounded; 3] {
+        let (a, b, c) = (*a - self.origin, *b - self.origin, *c - self.origin);
+        [
             edge_function(self.direction, b, c),
             edge_function(self.direction, c, a),
             edge_function(self.direction, a, b),
-        ];
-
-        // If all signs are certain they are all that is needed: nearly every candidate ends here.
-        // The same signs, and no infinities, which are certain of nothing.
-        let positive = edges.iter().fold(0, |n, e| n + i32::from(e.value > e.error));
-        let negative = edges.iter().fold(0, |n, e| n + i32::from(e.value < -e.error));
-        if positive > 0 && negative > 0 {
-            return None;
-        }
-        if positive == 3 || negative == 3 {
-            let sign = if positive > 0 { 1 } else { -1 };
-            return Some(Meeting { corners, edges, signs: [sign; 3] });
-        }
-        self.meet_closely(corners, edges)
+        ]
     }
 
     /// The rest of [`PreparedRay::meet_line`], where signs are open.

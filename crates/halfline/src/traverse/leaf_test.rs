@@ -48,9 +48,7 @@ impl<Q: Query> LeafTest<Q> for Watertight {
             let lane = candidates.trailing_zeros() as usize;
             candidates &= candidates - 1;
             let corners = tree.leaves.corners(mesh, &tree.frame, block, lane);
-            if let Some(meeting) = prepared.meet_line(corners) {
-                query.offer(prepared, &meeting, block.faces[lane]);
-            }
+            prepared.meet_line_then(corners, block.faces[lane], query);
         }
     }
 }

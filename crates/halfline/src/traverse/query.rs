@@ -3,7 +3,7 @@
 use super::around_point::triangles_at;
 use crate::geometry::{Hit, NO_FACE, SingleHit, Vec3};
 use crate::mesh::Mesh;
-use crate::numeric::{Bounds, Meeting, PreparedRay, Touch, complete_hits};
+use crate::numeric::{Bounds, Meeting, PreparedRay, TakeMeeting, Touch, complete_hits};
 use crate::tree::KdTree;
 
 /// What a walk looks for, as far as the walk must know.
@@ -16,12 +16,9 @@ pub trait Search {
 }
 
 /// A search among exact meetings.
-pub trait Query: Search {
+pub trait Query: Search + TakeMeeting {
     /// Forgets the last ray.
     fn restart(&mut self);
-
-    /// Takes the meeting of the line of `ray` with `face`, whose t may be out of range.
-    fn offer(&mut self, ray: &PreparedRay, meeting: &Meeting, face: u32);
 }
 
 /// The contact with the smallest t; of equal ones that with the lowest face index.
@@ -98,16 +95,20 @@ impl Query for ClosestHit {
         self.nearest = Bounds::exactly(f64::INFINITY);
         self.face = NO_FACE;
     }
+}
 
+impl TakeMeeting for ClosestHit {
     #[inline(always)]
-    fn offer(&mut self, ray: &PreparedRay, meeting: &Meeting, face: u32) {
+    fn take(&mut self, ray: &PreparedRay, meeting: &Meeting, face: u32) {
         let bounds = meeting.bounds(ray);
         let is_in_range = ray.are_in_range(bounds);
         if is_in_range == Some(false) || bounds.low > self.nearest.high || face == self.face {
             return;
         }
         if is_in_range == Some(true) && bounds.high < self.nearest.low {
-            *self = ClosestHit { nearest: bounds, face, corners: meeting.corners };
+            self.nearest = bounds;
+            self.face = face;
+            self.corners = meeting.corners;
             return;
         }
         self.offer_exactly(ray, meeting, face);
@@ -138,9 +139,11 @@ impl Query for AnyHit {
     fn restart(&mut self) {
         self.found = false;
     }
+}
 
+impl TakeMeeting for AnyHit {
     #[inline(always)]
-    fn offer(&mut self, ray: &PreparedRay, meeting: &Meeting, _face: u32) {
+    fn take(&mut self, ray: &PreparedRay, meeting: &Meeting, _face: u32) {
         self.found |= match ray.are_in_range(meeting.bounds(ray)) {
             Some(answer) => answer,
             None => ray.is_in_range(ray.parameter(&meeting.corners)),
@@ -189,9 +192,11 @@ impl Query for AllContacts {
         self.hits.clear();
         self.touches.clear();
     }
+}
 
+impl TakeMeeting for AllContacts {
     #[inline]
-    fn offer(&mut self, ray: &PreparedRay, meeting: &Meeting, face: u32) {
+    fn take(&mut self, ray: &PreparedRay, meeting: &Meeting, face: u32) {
         if ray.are_in_range(meeting.bounds(ray)) == Some(false) {
             return;
         }

@@ -124,8 +124,15 @@ struct Walk {
 
 /// What only rays need that may hit.
 struct Decision<Q> {
-    prepared: Option<PreparedRay>,
+    is_prepared: bool,
+    prepared: PreparedRay,
     query: Q,
+}
+
+impl<Q: Query + Default> Decision<Q> {
+    fn new() -> Decision<Q> {
+        Decision { is_prepared: false, prepared: PreparedRay::default(), query: Q::default() }
+    }
 }
 
 /// Slots by number.
@@ -216,7 +223,7 @@ impl<B: Batch> Job for Cast<'_, B> {
             queues.push(walks.len() as u8, root);
             let stack = Stack::new(tree.wide.most_waiting);
             walks.push(Walk { wide, word: root, candidates: 0, number, stack, filter });
-            decisions.push(Decision { prepared: None, query: B::Query::default() });
+            decisions.push(Decision::new());
         }
 
         while !queues.are_empty() {
@@ -263,10 +270,10 @@ impl<B: Batch> Job for Cast<'_, B> {
             for &slot in ends.slots() {
                 let (walk, decision) =
                     (&mut walks[usize::from(slot)], &mut decisions[usize::from(slot)]);
-                if let Some(prepared) = &decision.prepared {
-                    self.batch.finish(walk.number, prepared, &mut decision.query);
+                if decision.is_prepared {
+                    self.batch.finish(walk.number, &decision.prepared, &mut decision.query);
                     decision.query.restart();
-                    decision.prepared = None;
+                    decision.is_prepared = false;
                 }
                 if let Some((number, wide, filter)) = self.next_ray(&world, &mut waiting) {
                     (walk.number, walk.wide, walk.filter) = (number, wide, filter);
@@ -321,17 +328,13 @@ impl<B: Batch> Cast<'_, B> {
     /// Decides the candidates of the leaf that a ray has come to, and takes up what is next.
     #[inline(always)]
     fn decide<S: Simd>(&self, simd: S, walk: &mut Walk, decision: &mut Decision<B::Query>) {
-        let (tree, query) = (self.tree, &mut decision.query);
+        let Decision { is_prepared, prepared, query } = decision;
+        let tree = self.tree;
         let block = &tree.leaves.blocks[walk.word.index()];
-        let prepared = match &mut decision.prepared {
-            Some(prepared) => prepared,
-            unprepared => {
-                let Some(prepared) = PreparedRay::new(&self.batch.ray(walk.number)) else {
-                    unreachable!("a ray that is not valid is not walked")
-                };
-                unprepared.insert(prepared)
-            }
-        };
+        if !*is_prepared {
+            prepared.set(&self.batch.ray(walk.number));
+            *is_prepared = true;
+        }
         let before = query.t_max(prepared.t_max);
         while walk.candidates != 0 {
             let lane = walk.candidates.trailing_zeros() as usize;
@@ -340,9 +343,7 @@ impl<B: Batch> Cast<'_, B> {
                 continue;
             }
             let corners = tree.leaves.corners(self.mesh, &tree.frame, block, lane);
-            if let Some(meeting) = prepared.meet_line(corners) {
-                query.offer(prepared, &meeting, block.faces[lane]);
-            }
+            prepared.meet_line_then(corners, block.faces[lane], query);
         }
         if query.is_done() {
             walk.word = Word::END;
