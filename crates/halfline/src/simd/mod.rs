@@ -1,6 +1,6 @@
 //! The vector units: one narrow trait, one witness for each instruction set, one dispatch.
 //!
-//! Kernels are written once, over [`Simd`], and marked `inline(always)`; [`Level::run`] compiles
+//! Kernels are written once, over `Simd`, and marked `inline(always)`; `Level::run` compiles
 //! them for each instruction set and calls the one that it stands for. What differs between the sets
 //! is rounding alone (fused products and sums), and only where either rounding is accounted for: all
 //! of them give the same answers. The idea of a witness, a value that exists only where its
@@ -23,7 +23,7 @@ const LINE: usize = 64;
 /// The operations of an instruction set, on eight single-precision numbers.
 ///
 /// An index vector is packed into 24 bits, three for each lane.
-pub trait Simd: Copy + Send + Sync {
+pub(crate) trait Simd: Copy + Send + Sync {
     /// Eight numbers.
     type Floats: Copy;
 
@@ -78,7 +78,7 @@ pub trait Simd: Copy + Send + Sync {
 }
 
 /// Work that is compiled for every instruction set.
-pub trait Job {
+pub(crate) trait Job {
     /// What comes of it.
     type Output;
 
