@@ -5,6 +5,7 @@ mod common;
 
 use common::{Random, meshes, nasty_ray};
 use halfline::build::BuildParameters;
+use halfline::geometry::NO_FACE;
 use halfline::numeric::{LeafFilter, PreparedRay};
 use halfline::progress::Silent;
 use halfline::{Ray, Scene, Vec3};
@@ -21,9 +22,7 @@ fn check(name: &str, scene: &Scene, ray: &Ray) -> [u64; 3] {
         let candidates = filter.candidates(&block.corners);
         for (lane, &face) in block.faces.iter().enumerate() {
             let is_candidate = candidates >> lane & 1 == 1;
-            // Lanes beyond the leaf's count are zero.
-            let is_unused = block.corners.iter().flatten().all(|axis| axis[lane] == 0.0);
-            if is_unused {
+            if face == NO_FACE {
                 continue;
             }
             let corners = scene.mesh().corners(face);
