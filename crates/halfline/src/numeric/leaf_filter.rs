@@ -14,7 +14,7 @@
 //! `docs/numerics.md` derives the bounds.
 
 use super::frame::Frame;
-use crate::geometry::{Ray, Vec3};
+use crate::geometry::Ray;
 
 /// Corners of eight triangles, by corner, axis and triangle, in frame coordinates.
 pub type CornerLanes = [[[f32; 8]; 3]; 3];
@@ -76,44 +76,16 @@ impl LeafFilters {
         let mut filters = LeafFilters::default();
         let reach = f64::from(reach).max(0.5);
         for lane in 0..8 {
-            // Choose the axis along which to project, and where the line is there.
-            let [x, y, z] = [direction[0][lane], direction[1][lane], direction[2][lane]];
-            let [a, b, c] = [origin[0][lane], origin[1][lane], origin[2][lane]];
-            let is_x = (x.abs() > y.abs()) & (x.abs() > z.abs());
-            let is_y = !is_x & (y.abs() > z.abs());
-            let choose = |of_x: f64, of_y: f64, of_z: f64| {
-                let other = if is_y { of_y } else { of_z };
-                if is_x { of_x } else { other }
-            };
-            let across = [choose(y, z, x), choose(z, x, y)];
-            let start = [choose(b, c, a), choose(c, a, b)];
-            let inverse = 1.0 / choose(x, y, z);
-            let depth = choose(a, b, c);
-            let slope = [across[0] * inverse, across[1] * inverse];
-            let center = [start[0] - slope[0] * depth, start[1] - slope[1] * depth];
-
-            // Bound the error of a projected corner: a corner is rounded to single precision, and so
-            // are the slope, its product with a coordinate, a difference of up to twice the reach,
-            // the center, and a difference of all that.
-            let farthest = larger(center[0].abs(), center[1].abs());
-            let from_origin = larger(larger(a.abs(), b.abs()), c.abs());
-            let center_error = CENTER_ERROR * from_origin;
-            let corner_error = SINGLE_ROUNDOFF * (8.0 * reach + 2.0 * farthest) + center_error;
-            let largest = 2.0 * reach + farthest + corner_error;
-
-            // Bound the error of a difference of two products of such coordinates.
-            let per_distance = SLACK * (corner_error + SINGLE_ROUNDOFF * largest);
-            let at_least = SLACK * 2.0 * corner_error * corner_error;
-            let is_usable = (farthest < FARTHEST_CENTER) & (center_error < FARTHEST_CENTER);
-            filters.last[lane] = if is_x { 0 } else { 2 - u32::from(is_y) };
-            filters.slope[0][lane] = slope[0] as f32;
-            filters.slope[1][lane] = slope[1] as f32;
-            filters.center[0][lane] = center[0] as f32;
-            filters.center[1][lane] = center[1] as f32;
-            // An infinite bound lets all triangles pass.
-            filters.error_per_distance[lane] =
-                if is_usable { per_distance as f32 } else { f32::INFINITY };
-            filters.error_at_least[lane] = if is_usable { at_least as f32 } else { f32::INFINITY };
+            let origin = [origin[0][lane], origin[1][lane], origin[2][lane]];
+            let direction = [direction[0][lane], direction[1][lane], direction[2][lane]];
+            let filter = LeafFilter::from_frame(origin, direction, reach);
+            filters.last[lane] = filter.last;
+            filters.slope[0][lane] = filter.slope[0];
+            filters.slope[1][lane] = filter.slope[1];
+            filters.center[0][lane] = filter.center[0];
+            filters.center[1][lane] = filter.center[1];
+            filters.error_per_distance[lane] = filter.error_per_distance;
+            filters.error_at_least[lane] = filter.error_at_least;
         }
         filters
     }
@@ -141,8 +113,50 @@ impl LeafFilter {
     /// For a valid ray, and corners whose frame coordinates are at most `reach`.
     #[inline]
     pub fn new(ray: &Ray, frame: &Frame, reach: f32) -> LeafFilter {
-        let lanes = |v: Vec3| v.to_array().map(|x| [x; 8]);
-        LeafFilters::new(&lanes(frame.point(ray.origin)), &lanes(ray.direction), reach).lane(0)
+        let (origin, reach) = (frame.point(ray.origin), f64::from(reach).max(0.5));
+        LeafFilter::from_frame(origin.to_array(), ray.direction.to_array(), reach)
+    }
+
+    /// The same for an origin in the frame, and a reach of at least one half.
+    #[inline(always)]
+    fn from_frame(origin: [f64; 3], direction: [f64; 3], reach: f64) -> LeafFilter {
+        // Choose the axis along which to project, and where the line is there.
+        let [x, y, z] = direction;
+        let [a, b, c] = origin;
+        let is_x = (x.abs() > y.abs()) & (x.abs() > z.abs());
+        let is_y = !is_x & (y.abs() > z.abs());
+        let choose = |of_x: f64, of_y: f64, of_z: f64| {
+            let other = if is_y { of_y } else { of_z };
+            if is_x { of_x } else { other }
+        };
+        let across = [choose(y, z, x), choose(z, x, y)];
+        let start = [choose(b, c, a), choose(c, a, b)];
+        let inverse = 1.0 / choose(x, y, z);
+        let depth = choose(a, b, c);
+        let slope = [across[0] * inverse, across[1] * inverse];
+        let center = [start[0] - slope[0] * depth, start[1] - slope[1] * depth];
+
+        // Bound the error of a projected corner: a corner is rounded to single precision, and so
+        // are the slope, its product with a coordinate, a difference of up to twice the reach,
+        // the center, and a difference of all that.
+        let farthest = larger(center[0].abs(), center[1].abs());
+        let from_origin = larger(larger(a.abs(), b.abs()), c.abs());
+        let center_error = CENTER_ERROR * from_origin;
+        let corner_error = SINGLE_ROUNDOFF * (8.0 * reach + 2.0 * farthest) + center_error;
+        let largest = 2.0 * reach + farthest + corner_error;
+
+        // Bound the error of a difference of two products of such coordinates.
+        let per_distance = SLACK * (corner_error + SINGLE_ROUNDOFF * largest);
+        let at_least = SLACK * 2.0 * corner_error * corner_error;
+        let is_usable = (farthest < FARTHEST_CENTER) & (center_error < FARTHEST_CENTER);
+        LeafFilter {
+            last: if is_x { 0 } else { 2 - u32::from(is_y) },
+            slope: [slope[0] as f32, slope[1] as f32],
+            center: [center[0] as f32, center[1] as f32],
+            // An infinite bound lets all triangles pass.
+            error_per_distance: if is_usable { per_distance as f32 } else { f32::INFINITY },
+            error_at_least: if is_usable { at_least as f32 } else { f32::INFINITY },
+        }
     }
 
     /// The axes of the projection, that along which is projected last; the slope and the center; the
