@@ -6,9 +6,20 @@ use std::arch::x86_64::*;
 
 use super::{Job, LANES, LINE, Simd};
 
-/// The witness: exists only inside of [`run`].
+/// The witness: exists only inside of [`run`] and of what has more instructions.
 #[derive(Clone, Copy)]
 pub struct Avx2(());
+
+impl Avx2 {
+    /// The witness.
+    ///
+    /// # Safety
+    /// The caller is compiled for AVX2 and runs only where the machine has it.
+    #[inline(always)]
+    pub unsafe fn witness() -> Avx2 {
+        Avx2(())
+    }
+}
 
 /// Runs a job compiled for AVX2.
 ///

@@ -5,11 +5,12 @@
 
 use std::arch::x86_64::*;
 
-use super::{Job, LANES, LINE, Simd};
+use super::avx2::Avx2;
+use super::{Job, LANES, Simd};
 
 /// The witness: exists only inside of [`run`].
 #[derive(Clone, Copy)]
-pub struct Avx512(());
+pub struct Avx512(Avx2);
 
 /// Runs a job compiled for AVX-512.
 ///
@@ -17,7 +18,8 @@ pub struct Avx512(());
 /// The machine has the instructions.
 #[target_feature(enable = "avx512f,avx512vl,avx512dq,avx512bw,avx2,fma,bmi1,bmi2,popcnt,lzcnt")]
 pub unsafe fn run<J: Job>(job: J) -> J::Output {
-    job.run(Avx512(()))
+    // SAFETY: every machine with these instructions has those of AVX2.
+    job.run(Avx512(unsafe { Avx2::witness() }))
 }
 
 impl Simd for Avx512 {
@@ -25,50 +27,42 @@ impl Simd for Avx512 {
 
     #[inline(always)]
     fn splat(self, x: f32) -> __m256 {
-        // SAFETY: the witness stands for the instructions.
-        unsafe { _mm256_set1_ps(x) }
+        self.0.splat(x)
     }
 
     #[inline(always)]
     fn load(self, array: &[f32; LANES]) -> __m256 {
-        // SAFETY: as above; the array is as long as the load.
-        unsafe { _mm256_loadu_ps(array.as_ptr()) }
+        self.0.load(array)
     }
 
     #[inline(always)]
     fn multiply_add(self, a: __m256, b: __m256, c: __m256) -> __m256 {
-        // SAFETY: the witness stands for the instructions.
-        unsafe { _mm256_fmadd_ps(a, b, c) }
+        self.0.multiply_add(a, b, c)
     }
 
     #[inline(always)]
     fn minus(self, a: __m256, b: __m256) -> __m256 {
-        // SAFETY: the witness stands for the instructions.
-        unsafe { _mm256_sub_ps(a, b) }
+        self.0.minus(a, b)
     }
 
     #[inline(always)]
     fn plus(self, a: __m256, b: __m256) -> __m256 {
-        // SAFETY: the witness stands for the instructions.
-        unsafe { _mm256_add_ps(a, b) }
+        self.0.plus(a, b)
     }
 
     #[inline(always)]
     fn times(self, a: __m256, b: __m256) -> __m256 {
-        // SAFETY: the witness stands for the instructions.
-        unsafe { _mm256_mul_ps(a, b) }
+        self.0.times(a, b)
     }
 
     #[inline(always)]
     fn subtract_product(self, a: __m256, b: __m256, c: __m256) -> __m256 {
-        // SAFETY: the witness stands for the instructions.
-        unsafe { _mm256_fnmadd_ps(a, b, c) }
+        self.0.subtract_product(a, b, c)
     }
 
     #[inline(always)]
     fn magnitude(self, a: __m256) -> __m256 {
-        // SAFETY: the witness stands for the instructions.
-        unsafe { _mm256_andnot_ps(_mm256_set1_ps(-0.0), a) }
+        self.0.magnitude(a)
     }
 
     #[inline(always)]
@@ -79,14 +73,12 @@ impl Simd for Avx512 {
 
     #[inline(always)]
     fn least(self, a: __m256, b: __m256) -> __m256 {
-        // SAFETY: the witness stands for the instructions.
-        unsafe { _mm256_min_ps(a, b) }
+        self.0.least(a, b)
     }
 
     #[inline(always)]
     fn largest(self, a: __m256, b: __m256) -> __m256 {
-        // SAFETY: the witness stands for the instructions.
-        unsafe { _mm256_max_ps(a, b) }
+        self.0.largest(a, b)
     }
 
     #[inline(always)]
@@ -120,10 +112,6 @@ impl Simd for Avx512 {
 
     #[inline(always)]
     fn prefetch(self, address: usize, lines: usize) {
-        for line in 0..lines {
-            let place = std::ptr::without_provenance::<i8>(address.wrapping_add(line * LINE));
-            // SAFETY: a prefetch reads nothing, and may name any address.
-            unsafe { _mm_prefetch::<_MM_HINT_T0>(place) }
-        }
+        self.0.prefetch(address, lines);
     }
 }
