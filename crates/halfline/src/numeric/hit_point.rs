@@ -8,7 +8,7 @@ use super::double_double::{DoubleDouble, UNIT_ROUNDOFF, two_product, two_sum};
 use super::edge_function::exact_edge_function;
 use super::exact::{BigFloat, ExactNumber};
 use super::power_of_two::scale_by_power_of_two;
-use super::ray_triangle::PreparedRay;
+use super::ray_triangle::{Bounds, PreparedRay};
 use crate::geometry::{Hit, Vec3, vec3};
 
 impl PreparedRay {
@@ -81,6 +81,34 @@ impl PreparedRay {
             self.exact_barycentrics(&corners)
         };
         Hit { t, face, u, v }
+    }
+
+    /// Two numbers between which t is, for a triangle whose plane the line is known to cross, in
+    /// plain doubles: `n . (a - origin) / (n . direction)`.
+    #[inline(always)]
+    pub fn plane_bounds(&self, corners: &[Vec3; 3]) -> Bounds {
+        let [a, b, c] = *corners;
+        let (ab, ac, oa) = (b - a, c - a, a - self.origin);
+        let (normal, normal_permanent) = (ab.cross(ac), permanent(ab.abs(), ac.abs()));
+        let (numerator, determinant) = (normal.dot(oa), normal.dot(self.direction));
+        let numerator_error = PLAIN_ERROR * normal_permanent.dot(oa.abs())
+            + PRODUCT_UNDERFLOW * (oa.abs().dot(Vec3::splat(1.0)) + 1.0);
+        let determinant_error =
+            PLAIN_ERROR * normal_permanent.dot(self.direction.abs()) + WEIGHT_UNDERFLOW;
+        let inverse = 1.0 / determinant;
+        let scaled_t = numerator * inverse;
+        // The error of the inverse is at most twice the determinant's, relatively.
+        let error = (numerator_error + 2.0 * scaled_t.abs() * determinant_error) * inverse.abs()
+            + PLAIN_ERROR * scaled_t.abs();
+        let is_bounded = determinant_error < MAX_DETERMINANT_ERROR * determinant.abs()
+            && QUOTIENT_RANGE.contains(&scaled_t.abs())
+            && determinant.abs() < QUOTIENT_RANGE.end;
+        if !is_bounded {
+            return Bounds::UNKNOWN;
+        }
+        let [low, high] = [scaled_t - error, scaled_t + error]
+            .map(|bound| scale_by_power_of_two(bound, self.t_exponent));
+        if low.is_normal() && high.is_normal() { Bounds { low, high } } else { Bounds::UNKNOWN }
     }
 
     /// The barycentrics by exact arithmetic: shares of the edge functions in their sum.
@@ -233,6 +261,10 @@ const WEIGHT_UNDERFLOW: f64 = f64::from_bits((1023 - 569) << 52);
 /// Error of the distance from the plane, in terms of its permanent: as [`WEIGHT_ERROR`], but both
 /// edges are rounded, and the point, and one more for the quotient.
 const CORRECTION_ERROR: f64 = 10.0 * UNIT_ROUNDOFF;
+
+/// Error of numerator and determinant of a plane's t, in terms of their permanents: as
+/// [`CORRECTION_ERROR`] with one more for the origin's difference, and the permanent's own.
+const PLAIN_ERROR: f64 = 16.0 * UNIT_ROUNDOFF;
 
 /// Relative error of a determinant up to which twice that bounds the error of its inverse.
 const MAX_DETERMINANT_ERROR: f64 = 1.0 / 1024.0;

@@ -90,6 +90,18 @@ impl Simd for Avx2 {
     }
 
     #[inline(always)]
+    fn divided(self, a: __m256, b: __m256) -> __m256 {
+        // SAFETY: the witness stands for the instructions.
+        unsafe { _mm256_div_ps(a, b) }
+    }
+
+    #[inline(always)]
+    fn store(self, a: __m256, array: &mut [f32; LANES]) {
+        // SAFETY: as above; the array is as long as the store.
+        unsafe { _mm256_storeu_ps(array.as_mut_ptr(), a) }
+    }
+
+    #[inline(always)]
     fn subtract_product(self, a: __m256, b: __m256, c: __m256) -> __m256 {
         // SAFETY: the witness stands for the instructions.
         unsafe { _mm256_fnmadd_ps(a, b, c) }

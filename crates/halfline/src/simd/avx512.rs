@@ -56,6 +56,16 @@ impl Simd for Avx512 {
     }
 
     #[inline(always)]
+    fn divided(self, a: __m256, b: __m256) -> __m256 {
+        self.0.divided(a, b)
+    }
+
+    #[inline(always)]
+    fn store(self, a: __m256, array: &mut [f32; LANES]) {
+        self.0.store(a, array);
+    }
+
+    #[inline(always)]
     fn subtract_product(self, a: __m256, b: __m256, c: __m256) -> __m256 {
         self.0.subtract_product(a, b, c)
     }

@@ -50,6 +50,16 @@ impl Simd for Portable {
     }
 
     #[inline(always)]
+    fn divided(self, a: [f32; LANES], b: [f32; LANES]) -> [f32; LANES] {
+        each(|lane| a[lane] / b[lane])
+    }
+
+    #[inline(always)]
+    fn store(self, a: [f32; LANES], array: &mut [f32; LANES]) {
+        *array = a;
+    }
+
+    #[inline(always)]
     fn subtract_product(self, a: [f32; LANES], b: [f32; LANES], c: [f32; LANES]) -> [f32; LANES] {
         each(|lane| c[lane] - a[lane] * b[lane])
     }

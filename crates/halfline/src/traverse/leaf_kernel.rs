@@ -1,20 +1,50 @@
-//! [`LeafFilter::candidates`] on a vector unit.
+//! A ray against the eight triangles of a leaf, in single precision: which it misses for certain,
+//! which it hits for certain, and where.
 
+use super::wide_ray::WideRay;
 use crate::numeric::{CornerLanes, LeafFilter};
-use crate::simd::Simd;
+use crate::simd::{LANES, Simd};
 
-/// A bit for each triangle that the line may meet; all others it misses for certain. The bounds hold
-/// for fused and for separate roundings, so the sets of instructions may differ in what is left, but
-/// in nothing that is met.
+/// What is certain about eight triangles.
+pub struct Verdict<F> {
+    /// A bit for each that the ray may hit.
+    pub candidates: u32,
+    /// A bit for each of those that it hits, in the inside and within its range.
+    pub certain: u32,
+    /// In the ray's parameter, two numbers between which it hits the triangle, if it does.
+    pub low: F,
+    /// The second.
+    pub high: F,
+}
+
+/// Bound on how far errors of the weights move a mean of coordinates, in terms of the error of one
+/// weight times the distance between the coordinates: 2, and roundings.
+const MEAN_ERROR: f32 = 2.5;
+
+/// How many times its error the sum of the weights must be for the mean to be any good.
+const STABLE: f32 = 8.0;
+
+/// Holds a ray against the triangles of a leaf. The bounds hold for fused and for separate roundings,
+/// so the sets of instructions may differ in what is certain, but in nothing that is met.
 #[inline(always)]
-pub fn candidates<S: Simd>(simd: S, filter: &LeafFilter, corners: &CornerLanes) -> u32 {
+pub fn test<S: Simd>(
+    simd: S,
+    filter: &LeafFilter,
+    ray: &WideRay,
+    corners: &CornerLanes,
+) -> Verdict<S::Floats> {
     // Project the corners along the line, which goes to the origin.
     let (axes, slope, center, error) = filter.parts();
     let slope = [simd.splat(slope[0]), simd.splat(slope[1])];
     let center = [simd.splat(center[0]), simd.splat(center[1])];
-    let a = project(simd, axes, slope, center, &corners[0]);
-    let b = project(simd, axes, slope, center, &corners[1]);
-    let c = project(simd, axes, slope, center, &corners[2]);
+    let depths = [
+        simd.load(&corners[0][axes[2]]),
+        simd.load(&corners[1][axes[2]]),
+        simd.load(&corners[2][axes[2]]),
+    ];
+    let a = project(simd, axes, slope, center, depths[0], &corners[0]);
+    let b = project(simd, axes, slope, center, depths[1], &corners[1]);
+    let c = project(simd, axes, slope, center, depths[2], &corners[2]);
 
     // Take the edge functions, their least and largest, and the bound on their error.
     let (u, v, w) = (edge(simd, c, b), edge(simd, a, c), edge(simd, b, a));
@@ -24,10 +54,35 @@ pub fn candidates<S: Simd>(simd: S, filter: &LeafFilter, corners: &CornerLanes) 
     let largest = simd.largest(simd.largest(u, v), w);
 
     // An infinite or NaN bound is certain of nothing: such triangles stay candidates.
-    let negative = simd.are_below(least, simd.minus(simd.splat(0.0), error));
-    let positive = simd.are_below(error, largest);
-    !(negative & positive) & 0xff
+    let minus_error = simd.minus(simd.splat(0.0), error);
+    let is_missed = simd.are_below(least, minus_error) & simd.are_below(error, largest);
+    let is_crossed = simd.are_below(error, least) | simd.are_below(largest, minus_error);
+
+    // Take the mean of the corners' depths, as a parameter, and what may be wrong there.
+    let sum = simd.plus(simd.plus(u, v), w);
+    let inverse = simd.divided(simd.splat(1.0), sum);
+    let mean = simd.multiply_add(v, depths[1], simd.times(w, depths[2]));
+    let mean = simd.times(simd.multiply_add(u, depths[0], mean), inverse);
+    let at = simd.multiply_add(mean, simd.splat(ray.depth.inverse), simd.splat(ray.depth.base));
+    let nearest = simd.least(simd.least(depths[0], depths[1]), depths[2]);
+    let farthest = simd.largest(simd.largest(depths[0], depths[1]), depths[2]);
+    let extent = simd.times(simd.minus(farthest, nearest), simd.splat(MEAN_ERROR));
+    let share = simd.magnitude(simd.times(error, inverse));
+    let room = simd.multiply_add(extent, share, simd.splat(ray.depth.error));
+    let (low, high) = (simd.minus(at, room), simd.plus(at, room));
+
+    // Which are out of range for certain, and which within it?
+    let is_stable = simd.are_below(simd.times(error, simd.splat(STABLE)), simd.magnitude(sum));
+    let [begin, begun] = ray.depth.begin;
+    let is_beyond = simd.are_below(simd.splat(ray.limit), low);
+    let is_before = simd.are_below(high, simd.splat(begin));
+    let is_within = simd.are_below(simd.splat(begun), low)
+        & simd.are_below(high, simd.splat(ray.depth.end));
+    let candidates = !is_missed & !(is_stable & (is_beyond | is_before)) & ALL;
+    Verdict { candidates, certain: candidates & is_stable & is_crossed & is_within, low, high }
 }
+
+const ALL: u32 = (1 << LANES) - 1;
 
 // Functions and not closures, which could not be told to be compiled for the caller's instructions.
 
@@ -37,9 +92,9 @@ fn project<S: Simd>(
     axes: [usize; 3],
     slope: [S::Floats; 2],
     center: [S::Floats; 2],
+    depth: S::Floats,
     corner: &[[f32; 8]; 3],
 ) -> [S::Floats; 2] {
-    let depth = simd.load(&corner[axes[2]]);
     let across = [simd.load(&corner[axes[0]]), simd.load(&corner[axes[1]])];
     [
         simd.minus(simd.subtract_product(slope[0], depth, across[0]), center[0]),

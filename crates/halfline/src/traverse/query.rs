@@ -15,10 +15,32 @@ pub trait Search {
     fn is_done(&self) -> bool;
 }
 
+/// How far single precision answers a question, where it is certain that a triangle is hit.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Shortcut {
+    /// Not at all: everything is decided exactly.
+    None,
+    /// One such triangle is the answer.
+    Any,
+    /// Such a triangle, if it is also the nearest for certain, is the answer.
+    Nearest,
+}
+
 /// A search among exact meetings.
 pub trait Query: Search + TakeMeeting {
+    /// What it takes from single precision.
+    const SHORTCUT: Shortcut;
+
     /// Forgets the last ray.
     fn restart(&mut self);
+
+    /// This face is known to be hit, and to be the answer.
+    fn settle(&mut self, _face: u32, _corners: [Vec3; 3]) {}
+
+    /// For [`Shortcut::Nearest`]: the face of the nearest hit, and bounds of its t.
+    fn nearest(&self) -> (u32, Bounds) {
+        (NO_FACE, Bounds::UNKNOWN)
+    }
 }
 
 /// The contact with the smallest t; of equal ones that with the lowest face index.
@@ -43,14 +65,14 @@ impl ClosestHit {
         if !self.is_hit() {
             return SingleHit::MISS;
         }
-        let Bounds { low, high } = self.nearest;
+        let Bounds { low, high } = ray.plane_bounds(&self.corners);
         let t = if low as f32 == high as f32 { low } else { ray.parameter(&self.corners) };
         // A zero below one half of the smallest denormal would keep its sign.
         SingleHit { t: t as f32 + 0.0, face: self.face }
     }
 
     fn is_hit(&self) -> bool {
-        self.nearest.low < f64::INFINITY
+        self.face != NO_FACE
     }
 
     /// Takes a contact whose bounds overlap those of the nearest, or whose range is open.
@@ -90,10 +112,22 @@ impl Search for ClosestHit {
 }
 
 impl Query for ClosestHit {
+    const SHORTCUT: Shortcut = Shortcut::Nearest;
+
     #[inline]
     fn restart(&mut self) {
         self.nearest = Bounds::exactly(f64::INFINITY);
         self.face = NO_FACE;
+    }
+
+    #[inline]
+    fn settle(&mut self, face: u32, corners: [Vec3; 3]) {
+        *self = ClosestHit { nearest: Bounds::UNKNOWN, face, corners };
+    }
+
+    #[inline]
+    fn nearest(&self) -> (u32, Bounds) {
+        (self.face, self.nearest)
     }
 }
 
@@ -135,9 +169,16 @@ impl Search for AnyHit {
 }
 
 impl Query for AnyHit {
+    const SHORTCUT: Shortcut = Shortcut::Any;
+
     #[inline]
     fn restart(&mut self) {
         self.found = false;
+    }
+
+    #[inline]
+    fn settle(&mut self, _face: u32, _corners: [Vec3; 3]) {
+        self.found = true;
     }
 }
 
@@ -187,6 +228,8 @@ impl Search for AllContacts {
 }
 
 impl Query for AllContacts {
+    const SHORTCUT: Shortcut = Shortcut::None;
+
     #[inline]
     fn restart(&mut self) {
         self.hits.clear();

@@ -18,8 +18,8 @@
 //! popped needs no test. Different from wavefront tracers (S. Laine, T. Karras, T. Aila, "Megakernels
 //! Considered Harmful", HPG 2013): the queues hold few enough rays to stay in the first caches.
 
-use super::leaf_kernel::candidates;
-use super::query::{Query, Search};
+use super::leaf_kernel::test;
+use super::query::{Query, Search, Shortcut};
 use super::wide_ray::{WideRay, WideRays, World};
 use crate::geometry::{NO_FACE, Ray, Vec3};
 use crate::mesh::Mesh;
@@ -115,8 +115,18 @@ struct Walk {
     wide: WideRay,
     /// What comes next.
     word: Word,
-    /// At a leaf, a bit for each triangle that the line may meet.
+    /// At a leaf, a bit for each triangle that the ray may hit.
     candidates: u32,
+    /// A bit for each of those that it hits for certain.
+    certain: u32,
+    /// Where it hits them, at least and at most.
+    low: [f32; LANES],
+    high: [f32; LANES],
+    /// The nearest hit so far, where it is at least, and in which block and lane it was found. It is
+    /// at most at the limit.
+    nearest: u32,
+    nearest_low: f32,
+    place: (u32, u32),
     number: usize,
     stack: Stack,
     filter: LeafFilter,
@@ -125,13 +135,16 @@ struct Walk {
 /// What only rays need that may hit.
 struct Decision<Q> {
     is_prepared: bool,
+    /// True if the query knows the walk's nearest hit.
+    is_told: bool,
     prepared: PreparedRay,
     query: Q,
 }
 
 impl<Q: Query + Default> Decision<Q> {
     fn new() -> Decision<Q> {
-        Decision { is_prepared: false, prepared: PreparedRay::default(), query: Q::default() }
+        let (prepared, query) = (PreparedRay::default(), Q::default());
+        Decision { is_prepared: false, is_told: false, prepared, query }
     }
 }
 
@@ -222,7 +235,20 @@ impl<B: Batch> Job for Cast<'_, B> {
         {
             queues.push(walks.len() as u8, root);
             let stack = Stack::new(tree.wide.most_waiting);
-            walks.push(Walk { wide, word: root, candidates: 0, number, stack, filter });
+            walks.push(Walk {
+                wide,
+                word: root,
+                candidates: 0,
+                certain: 0,
+                low: [0.0; LANES],
+                high: [0.0; LANES],
+                nearest: NO_FACE,
+                nearest_low: f32::INFINITY,
+                place: (0, 0),
+                number,
+                stack,
+                filter,
+            });
             decisions.push(Decision::new());
         }
 
@@ -247,7 +273,10 @@ impl<B: Batch> Job for Cast<'_, B> {
             for &slot in leaves.slots() {
                 let walk = &mut walks[usize::from(slot)];
                 let block = &tree.leaves.blocks[walk.word.index()];
-                walk.candidates = candidates(simd, &walk.filter, &block.corners);
+                let verdict = test(simd, &walk.filter, &walk.wide, &block.corners);
+                simd.store(verdict.low, &mut walk.low);
+                simd.store(verdict.high, &mut walk.high);
+                (walk.candidates, walk.certain) = (verdict.candidates, verdict.certain);
                 let is_hit = walk.candidates != 0;
                 hits.push_if(slot, is_hit);
                 walk.stack.waiting -= usize::from(!is_hit);
@@ -270,14 +299,11 @@ impl<B: Batch> Job for Cast<'_, B> {
             for &slot in ends.slots() {
                 let (walk, decision) =
                     (&mut walks[usize::from(slot)], &mut decisions[usize::from(slot)]);
-                if decision.is_prepared {
-                    self.batch.finish(walk.number, &decision.prepared, &mut decision.query);
-                    decision.query.restart();
-                    decision.is_prepared = false;
-                }
+                self.finish(walk, decision);
                 if let Some((number, wide, filter)) = self.next_ray(&world, &mut waiting) {
                     (walk.number, walk.wide, walk.filter) = (number, wide, filter);
                     walk.word = root;
+                    (walk.nearest, walk.nearest_low) = (NO_FACE, f32::INFINITY);
                     walk.stack.waiting = 1;
                     queues.push(slot, root);
                 }
@@ -327,34 +353,112 @@ impl<B: Batch> Cast<'_, B> {
 
     /// Decides the candidates of the leaf that a ray has come to, and takes up what is next.
     #[inline(always)]
-    fn decide<S: Simd>(&self, simd: S, walk: &mut Walk, decision: &mut Decision<B::Query>) {
-        let Decision { is_prepared, prepared, query } = decision;
-        let tree = self.tree;
-        let block = &tree.leaves.blocks[walk.word.index()];
-        if !*is_prepared {
-            prepared.set(&self.batch.ray(walk.number));
-            *is_prepared = true;
+    fn decide<S: Simd>(&mut self, simd: S, walk: &mut Walk, decision: &mut Decision<B::Query>) {
+        let block = &self.tree.leaves.blocks[walk.word.index()];
+        let before = walk.wide.limit;
+        let mut open = walk.candidates;
+        match B::Query::SHORTCUT {
+            Shortcut::None => {}
+            Shortcut::Any => {
+                if walk.certain != 0 {
+                    decision.is_prepared = true;
+                    decision.query.settle(NO_FACE, [Vec3::ZERO; 3]);
+                    walk.word = Word::END;
+                    return;
+                }
+            }
+            Shortcut::Nearest => {
+                open = 0;
+                while walk.candidates != 0 {
+                    let lane = walk.candidates.trailing_zeros() as usize;
+                    walk.candidates &= walk.candidates - 1;
+                    let (face, low, high) = (block.faces[lane], walk.low[lane], walk.high[lane]);
+                    if face == walk.nearest || face == NO_FACE || low > walk.wide.limit {
+                        continue;
+                    }
+                    if walk.certain >> lane & 1 == 1 && high < walk.nearest_low {
+                        (walk.nearest, walk.nearest_low, walk.wide.limit) = (face, low, high);
+                        walk.place = (walk.word.index() as u32, lane as u32);
+                        decision.is_told = false;
+                    } else {
+                        open |= 1 << lane;
+                    }
+                }
+            }
         }
-        let before = query.t_max(prepared.t_max);
-        while walk.candidates != 0 {
-            let lane = walk.candidates.trailing_zeros() as usize;
-            walk.candidates &= walk.candidates - 1;
+        if open != 0 {
+            self.decide_exactly(walk, decision, block, open);
+            if decision.query.is_done() {
+                walk.word = Word::END;
+                return;
+            }
+        }
+        if walk.wide.limit < before {
+            walk.stack.drop_beyond(simd, walk.wide.limit);
+        }
+        walk.word = walk.stack.pop();
+    }
+
+    /// Decides triangles of a block of which single precision is not certain.
+    #[inline(never)]
+    fn decide_exactly(
+        &mut self,
+        walk: &mut Walk,
+        decision: &mut Decision<B::Query>,
+        block: &LeafBlock,
+        mut open: u32,
+    ) {
+        let tree = self.tree;
+        self.prepare(walk, decision);
+        let Decision { prepared, query, is_told, .. } = decision;
+        if walk.nearest != NO_FACE && !*is_told {
+            query.restart();
+            let (block, lane) = (&tree.leaves.blocks[walk.place.0 as usize], walk.place.1 as usize);
+            let corners = tree.leaves.corners(self.mesh, &tree.frame, block, lane);
+            prepared.meet_line_then(corners, walk.nearest, query);
+        }
+        *is_told = true;
+        while open != 0 {
+            let lane = open.trailing_zeros() as usize;
+            open &= open - 1;
             if block.faces[lane] == NO_FACE {
                 continue;
             }
             let corners = tree.leaves.corners(self.mesh, &tree.frame, block, lane);
             prepared.meet_line_then(corners, block.faces[lane], query);
         }
-        if query.is_done() {
-            walk.word = Word::END;
-            return;
+        if B::Query::SHORTCUT == Shortcut::Nearest {
+            let (face, bounds) = query.nearest();
+            if face != NO_FACE {
+                (walk.nearest, walk.nearest_low) = (face, walk.wide.lower(bounds.low));
+                walk.wide.set_limit(bounds.high);
+            }
         }
-        let t_max = query.t_max(prepared.t_max);
-        if t_max < before {
-            walk.wide.set_limit(t_max);
-            walk.stack.drop_beyond(simd, walk.wide.limit);
+    }
+
+    #[inline(always)]
+    fn prepare(&self, walk: &Walk, decision: &mut Decision<B::Query>) {
+        if !decision.is_prepared {
+            decision.prepared.set(&self.batch.ray(walk.number));
+            decision.is_prepared = true;
         }
-        walk.word = walk.stack.pop();
+    }
+
+    /// Takes the answer of a walk that is over.
+    #[inline(always)]
+    fn finish(&mut self, walk: &Walk, decision: &mut Decision<B::Query>) {
+        if B::Query::SHORTCUT == Shortcut::Nearest && walk.nearest != NO_FACE && !decision.is_told {
+            self.prepare(walk, decision);
+            let block = &self.tree.leaves.blocks[walk.place.0 as usize];
+            let lane = walk.place.1 as usize;
+            let corners = self.tree.leaves.corners(self.mesh, &self.tree.frame, block, lane);
+            decision.query.settle(walk.nearest, corners);
+        }
+        if decision.is_prepared {
+            self.batch.finish(walk.number, &decision.prepared, &mut decision.query);
+            decision.query.restart();
+            (decision.is_prepared, decision.is_told) = (false, false);
+        }
     }
 }
 

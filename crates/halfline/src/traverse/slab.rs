@@ -60,6 +60,16 @@ impl Scale {
         self.factors[0] < f64::INFINITY
     }
 
+    /// An s that is no larger than that of t.
+    #[inline(always)]
+    pub fn lower(&self, t: f64) -> f64 {
+        if !self.is_bounded() {
+            return f64::NEG_INFINITY;
+        }
+        let s = t * self.factors[0] * self.factors[1];
+        s - DISTANCE_ERROR * s.abs() - self.smallest_s
+    }
+
     /// The largest s at which a box may be entered, for hits with t up to `t_max`.
     #[inline(always)]
     pub fn limit(&self, t_max: f64) -> f64 {

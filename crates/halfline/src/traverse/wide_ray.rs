@@ -34,8 +34,42 @@ const STEEPEST: f64 = (1u64 << 60) as f64;
 /// Widening beyond which a ray meets all boxes.
 const WIDEST: f64 = 1e15;
 
+/// A parameter beyond all triangles.
+const FAR: f64 = 1e30;
+
 /// Distances are compared with limits after a rounding to single precision; twice that.
 const LIMIT_ERROR: f64 = 4.0 * SINGLE_ROUNDOFF;
+
+/// How much larger the error of a triangle's place on a ray is than [`POSITION_ERROR`]; see
+/// [`Depth`].
+const DEPTH_ERROR: f64 = 5.0;
+
+/// What finds the places of triangles on a ray, in the ray's parameter: the mean of the corners'
+/// coordinates along the axis that the ray follows most.
+#[derive(Clone, Copy, Default)]
+pub struct Depth {
+    /// From that coordinate to the parameter: a factor of at most one, and what is added.
+    pub inverse: f32,
+    /// What is added.
+    pub base: f32,
+    /// Error of the place beyond that of the weights.
+    pub error: f32,
+    /// Two numbers between which the ray's range begins.
+    pub begin: [f32; 2],
+    /// A number before its end.
+    pub end: f32,
+}
+
+impl Depth {
+    /// Of rays whose triangles may be anywhere.
+    const UNKNOWN: Depth = Depth {
+        inverse: 0.0,
+        base: 0.0,
+        error: f32::INFINITY,
+        begin: [f32::NEG_INFINITY, f32::INFINITY],
+        end: f32::NEG_INFINITY,
+    };
+}
 
 /// A ray from where it enters the root's box. Its parameter is that of [`SlabRay`] less the start's.
 #[derive(Clone, Copy)]
@@ -47,6 +81,8 @@ pub struct WideRay {
     far: [f32; 3],
     /// Boxes that are entered beyond this do not matter.
     pub limit: f32,
+    /// Where triangles are.
+    pub depth: Depth,
     /// A bit for each axis along which the direction is negative.
     octant: u32,
     /// Where the parameter is zero.
@@ -60,6 +96,11 @@ pub struct WideRays {
     near: [[f32; LANES]; 3],
     far: [[f32; LANES]; 3],
     limit: [f32; LANES],
+    depth_inverse: [f32; LANES],
+    depth_base: [f32; LANES],
+    depth_error: [f32; LANES],
+    begin: [[f32; LANES]; 2],
+    end: [f32; LANES],
     octant: [u32; LANES],
     start: Lanes,
     factor: Lanes,
@@ -202,6 +243,27 @@ impl WideRays {
             }
         }
 
+        // Take the axis that the ray follows most, and where its range begins and ends.
+        let (mut depth_inverse, mut depth_base) = ([0.0f32; LANES], [0.0f32; LANES]);
+        let (mut depth_error, mut end) = ([0.0f32; LANES], [0.0f32; LANES]);
+        let mut begin = [[0.0f32; LANES]; 2];
+        for lane in 0..LANES {
+            let [x, y, z] = [direction[0][lane], direction[1][lane], direction[2][lane]];
+            let is_x = (x.abs() > y.abs()) & (x.abs() > z.abs());
+            let is_y = !is_x & (y.abs() > z.abs());
+            let of = |lanes: &[Lanes; 3]| {
+                let other = if is_y { lanes[1][lane] } else { lanes[2][lane] };
+                if is_x { lanes[0][lane] } else { other }
+            };
+            let inverse = of(&inverse);
+            depth_inverse[lane] = inverse as f32;
+            depth_base[lane] = (-of(&at) * inverse) as f32;
+            depth_error[lane] = (DEPTH_ERROR * position_error[lane]) as f32;
+            let [low, high] = range_of(t_min[lane] * factor[lane], enter[lane]);
+            (begin[0][lane], begin[1][lane]) = (low as f32, high as f32);
+            end[lane] = range_of(t_max[lane] * factor[lane], enter[lane])[0] as f32;
+        }
+
         let (mut met, mut single) = (0, 0);
         for lane in 0..LANES {
             single |= ((is_ordinary[lane] ^ 1 | is_open[lane]) as u32) << lane;
@@ -212,6 +274,11 @@ impl WideRays {
             near,
             far,
             limit,
+            depth_inverse,
+            depth_base,
+            depth_error,
+            begin,
+            end,
             octant,
             start: enter,
             factor,
@@ -230,6 +297,13 @@ impl WideRays {
             near: of(&self.near),
             far: of(&self.far),
             limit: self.limit[lane],
+            depth: Depth {
+                inverse: self.depth_inverse[lane],
+                base: self.depth_base[lane],
+                error: self.depth_error[lane],
+                begin: [self.begin[0][lane], self.begin[1][lane]],
+                end: self.end[lane],
+            },
             octant: self.octant[lane],
             start: self.start[lane],
             scale: Scale::by(self.factor[lane]),
@@ -260,6 +334,7 @@ impl WideRay {
             near: [f32::MIN; 3],
             far: [f32::MAX; 3],
             limit: 0.0,
+            depth: Depth::UNKNOWN,
             octant: 0,
             start,
             scale,
@@ -284,6 +359,12 @@ impl WideRay {
     #[inline(always)]
     pub fn set_limit(&mut self, t_max: f64) {
         self.limit = limit_of(self.scale.limit(t_max), self.start);
+    }
+
+    /// A lower bound of the parameter at t.
+    #[inline(always)]
+    pub fn lower(&self, t: f64) -> f32 {
+        range_of(self.scale.lower(t), self.start)[0] as f32
     }
 
     /// Puts the children of a node that the ray meets, the last first, to the front of `nears` and
@@ -323,6 +404,17 @@ fn limit_of(limit: f64, start: f64) -> f32 {
     let limit = (way + error) as f32;
     // Infinite less infinite, or times: no limit.
     if limit.is_nan() { f32::INFINITY } else { limit }
+}
+
+/// Two numbers between which a parameter is for a walk that starts at `start`, given one for the
+/// whole line; those still to be rounded to single precision.
+#[inline(always)]
+fn range_of(parameter: f64, start: f64) -> [f64; 2] {
+    let way = parameter - start;
+    let error = START_ERROR * (parameter.abs() + start.abs()) + LIMIT_ERROR * way.abs();
+    // Far beyond everything no error matters, and infinite ones would not do.
+    let error = if way.abs() < FAR { error } else { 0.0 };
+    [way - error, way + error]
 }
 
 /// One instruction each, other than `f64::min`, which has rules for NaN.
