@@ -1,6 +1,6 @@
 //! halfline against Embree: same meshes, same rays, in turns.
 //!
-//! `peers LIBEMBREE4 OUT.json [--rounds=N] [--rays=N] [--threads=N] NAME=MESH...`
+//! `peers LIBEMBREE4 OUT.json [--rounds=N] [--rays=N] [--threads=N] [--alone=1] NAME=MESH...`
 //!
 //! An array of 32-byte rays goes in, and an array of t and face, or of booleans, comes out, inside
 //! of what is timed. Embree is taken in every configuration (quality, packets; robust or not), and
@@ -34,11 +34,12 @@ fn main() {
     let mut arguments = std::env::args().skip(1);
     let (Some(library), Some(out)) = (arguments.next(), arguments.next()) else {
         eprintln!(
-            "usage: peers LIBEMBREE4 OUT.json [--rounds=N] [--rays=N] [--threads=N] NAME=MESH..."
+            "usage: peers LIBEMBREE4 OUT.json [--rounds=N] [--rays=N] [--threads=N] [--alone=1] NAME=MESH..."
         );
         std::process::exit(2);
     };
     let (mut rounds, mut most, mut threads, mut meshes) = (3, 1usize << 20, 1, Vec::new());
+    let mut is_alone = false;
     for argument in arguments {
         let (name, value) = argument.split_once('=').expect("NAME=VALUE");
         let number = || value.parse::<usize>().expect("a number");
@@ -46,6 +47,7 @@ fn main() {
             "--rounds" => rounds = number(),
             "--rays" => most = number(),
             "--threads" => threads = number(),
+            "--alone" => is_alone = number() != 0,
             _ => meshes.push(argument),
         }
     }
@@ -55,7 +57,8 @@ fn main() {
     println!("Embree {}, {threads} thread(s), medians of {rounds}", embree.version());
     for argument in &meshes {
         let (name, path) = argument.split_once('=').expect("NAME=MESH");
-        measure(name, path, &embree, rounds, most, threads, &mut rows);
+        let embree = (!is_alone).then_some(&embree);
+        measure(name, path, embree, rounds, most, threads, &mut rows);
     }
     let ratios: Vec<f64> = rows.iter().filter_map(|row| row["ratio"].as_f64()).collect();
     let mean = (ratios.iter().map(|r| r.ln()).sum::<f64>() / ratios.len() as f64).exp();
@@ -68,7 +71,7 @@ fn main() {
 fn measure(
     name: &str,
     path: &str,
-    embree: &Embree,
+    embree: Option<&Embree>,
     rounds: usize,
     most: usize,
     threads: usize,
@@ -81,9 +84,9 @@ fn measure(
     println!("\n{name}: {} triangles, {bytes:.0} bytes each", single.triangles.len());
     println!("  build halfline {:.2} s", scene.build_time().as_secs_f64());
     let mut scenes = Vec::new();
-    for (quality, robust) in
-        [(Quality::High, false), (Quality::Medium, false), (Quality::High, true)]
-    {
+    let all = [(Quality::High, false), (Quality::Medium, false), (Quality::High, true)];
+    for (quality, robust) in embree.map_or(&all[..0], |_| &all[..]).iter().copied() {
+        let Some(embree) = embree else { break };
         let start = Instant::now();
         let scene = embree.scene(single, quality, robust, threads);
         let robustness = if robust { ", robust" } else { "" };
@@ -127,6 +130,10 @@ fn measure(
             }
         }
         let rate = |times: &Vec<f64>| rays.len() as f64 / median(times) / 1e6;
+        if configurations.is_empty() {
+            println!("  {:9} {:9.2}", kind.name, rate(&times[0]));
+            continue;
+        }
         let best = |robust: bool| {
             let cells = configurations.iter().zip(&times[1..]);
             cells

@@ -39,7 +39,8 @@ mod surface_point;
 
 pub use edge_function::Orientation;
 pub use frame::Frame;
-pub use leaf_filter::{CornerLanes, LeafFilter, LeafFilters};
+pub use leaf_filter::{CornerLanes, LeafFilter};
+pub(crate) use leaf_filter::{Longest, Numbers, UNITS, leaf_filters};
 pub use ray_triangle::{Bounds, Contact, Meeting, PreparedRay, TakeMeeting, Touched};
 pub use surface_point::SurfacePoint;
 

@@ -4,7 +4,7 @@
 
 use std::arch::x86_64::*;
 
-use super::{Job, LANES, LINE, Simd};
+use super::{Doubles, EXPONENT_BITS, Job, LANES, LINE, Simd};
 
 /// The witness: exists only inside of [`run`] and of what has more instructions.
 #[derive(Clone, Copy)]
@@ -162,12 +162,181 @@ impl Simd for Avx2 {
         }
     }
 
+    type Wide = Avx2Doubles;
+
+    #[inline(always)]
+    fn doubles(self) -> Avx2Doubles {
+        Avx2Doubles(())
+    }
+
+    #[inline(always)]
+    fn narrow(self, [a, b]: [__m256d; 2]) -> __m256 {
+        // SAFETY: the witness stands for the instructions.
+        unsafe { _mm256_set_m128(_mm256_cvtpd_ps(b), _mm256_cvtpd_ps(a)) }
+    }
+
+    #[inline(always)]
+    fn transposed(self, [a, b, c, d, e, f, g, h]: [__m256; LANES]) -> [__m256; LANES] {
+        // SAFETY: the witness stands for the instructions.
+        unsafe {
+            // Pairs of rows, quadruples, all eight.
+            let (ab, ab2) = (_mm256_unpacklo_ps(a, b), _mm256_unpackhi_ps(a, b));
+            let (cd, cd2) = (_mm256_unpacklo_ps(c, d), _mm256_unpackhi_ps(c, d));
+            let (ef, ef2) = (_mm256_unpacklo_ps(e, f), _mm256_unpackhi_ps(e, f));
+            let (gh, gh2) = (_mm256_unpacklo_ps(g, h), _mm256_unpackhi_ps(g, h));
+            let a0 = _mm256_shuffle_ps::<0x44>(ab, cd);
+            let a1 = _mm256_shuffle_ps::<0xee>(ab, cd);
+            let a2 = _mm256_shuffle_ps::<0x44>(ab2, cd2);
+            let a3 = _mm256_shuffle_ps::<0xee>(ab2, cd2);
+            let e0 = _mm256_shuffle_ps::<0x44>(ef, gh);
+            let e1 = _mm256_shuffle_ps::<0xee>(ef, gh);
+            let e2 = _mm256_shuffle_ps::<0x44>(ef2, gh2);
+            let e3 = _mm256_shuffle_ps::<0xee>(ef2, gh2);
+            [
+                _mm256_permute2f128_ps::<0x20>(a0, e0),
+                _mm256_permute2f128_ps::<0x20>(a1, e1),
+                _mm256_permute2f128_ps::<0x20>(a2, e2),
+                _mm256_permute2f128_ps::<0x20>(a3, e3),
+                _mm256_permute2f128_ps::<0x31>(a0, e0),
+                _mm256_permute2f128_ps::<0x31>(a1, e1),
+                _mm256_permute2f128_ps::<0x31>(a2, e2),
+                _mm256_permute2f128_ps::<0x31>(a3, e3),
+            ]
+        }
+    }
+
     #[inline(always)]
     fn prefetch(self, address: usize, lines: usize) {
         for line in 0..lines {
             let place = std::ptr::without_provenance::<i8>(address.wrapping_add(line * LINE));
             // SAFETY: a prefetch reads nothing, and may name any address.
             unsafe { _mm_prefetch::<_MM_HINT_T0>(place) }
+        }
+    }
+}
+
+/// The witness for doubles.
+#[derive(Clone, Copy)]
+pub struct Avx2Doubles(());
+
+impl Doubles for Avx2Doubles {
+    type Numbers = [__m256d; 2];
+
+    #[inline(always)]
+    fn splat(self, x: f64) -> [__m256d; 2] {
+        // SAFETY: the witness stands for the instructions.
+        unsafe { [_mm256_set1_pd(x); 2] }
+    }
+
+    #[inline(always)]
+    fn load(self, array: &[f64; LANES]) -> [__m256d; 2] {
+        // SAFETY: as above; the array is as long as both loads.
+        unsafe { [_mm256_loadu_pd(array.as_ptr()), _mm256_loadu_pd(array.as_ptr().add(4))] }
+    }
+
+    #[inline(always)]
+    fn store(self, a: [__m256d; 2], array: &mut [f64; LANES]) {
+        // SAFETY: as above; the array is as long as both stores.
+        unsafe {
+            _mm256_storeu_pd(array.as_mut_ptr(), a[0]);
+            _mm256_storeu_pd(array.as_mut_ptr().add(4), a[1]);
+        }
+    }
+
+    #[inline(always)]
+    fn plus(self, a: [__m256d; 2], b: [__m256d; 2]) -> [__m256d; 2] {
+        // SAFETY: the witness stands for the instructions.
+        unsafe { [_mm256_add_pd(a[0], b[0]), _mm256_add_pd(a[1], b[1])] }
+    }
+
+    #[inline(always)]
+    fn minus(self, a: [__m256d; 2], b: [__m256d; 2]) -> [__m256d; 2] {
+        // SAFETY: the witness stands for the instructions.
+        unsafe { [_mm256_sub_pd(a[0], b[0]), _mm256_sub_pd(a[1], b[1])] }
+    }
+
+    #[inline(always)]
+    fn times(self, a: [__m256d; 2], b: [__m256d; 2]) -> [__m256d; 2] {
+        // SAFETY: the witness stands for the instructions.
+        unsafe { [_mm256_mul_pd(a[0], b[0]), _mm256_mul_pd(a[1], b[1])] }
+    }
+
+    #[inline(always)]
+    fn multiply_add(self, a: [__m256d; 2], b: [__m256d; 2], c: [__m256d; 2]) -> [__m256d; 2] {
+        // SAFETY: the witness stands for the instructions.
+        unsafe { [_mm256_fmadd_pd(a[0], b[0], c[0]), _mm256_fmadd_pd(a[1], b[1], c[1])] }
+    }
+
+    #[inline(always)]
+    fn divided(self, a: [__m256d; 2], b: [__m256d; 2]) -> [__m256d; 2] {
+        // SAFETY: the witness stands for the instructions.
+        unsafe { [_mm256_div_pd(a[0], b[0]), _mm256_div_pd(a[1], b[1])] }
+    }
+
+    #[inline(always)]
+    fn magnitude(self, a: [__m256d; 2]) -> [__m256d; 2] {
+        // SAFETY: the witness stands for the instructions.
+        unsafe {
+            let sign = _mm256_set1_pd(-0.0);
+            [_mm256_andnot_pd(sign, a[0]), _mm256_andnot_pd(sign, a[1])]
+        }
+    }
+
+    #[inline(always)]
+    fn power(self, a: [__m256d; 2]) -> [__m256d; 2] {
+        // SAFETY: the witness stands for the instructions.
+        unsafe {
+            let bits = _mm256_set1_pd(f64::from_bits(EXPONENT_BITS));
+            [_mm256_and_pd(bits, a[0]), _mm256_and_pd(bits, a[1])]
+        }
+    }
+
+    #[inline(always)]
+    fn least(self, a: [__m256d; 2], b: [__m256d; 2]) -> [__m256d; 2] {
+        // SAFETY: the witness stands for the instructions.
+        unsafe { [_mm256_min_pd(a[0], b[0]), _mm256_min_pd(a[1], b[1])] }
+    }
+
+    #[inline(always)]
+    fn largest(self, a: [__m256d; 2], b: [__m256d; 2]) -> [__m256d; 2] {
+        // SAFETY: the witness stands for the instructions.
+        unsafe { [_mm256_max_pd(a[0], b[0]), _mm256_max_pd(a[1], b[1])] }
+    }
+
+    #[inline(always)]
+    fn are_below(self, a: [__m256d; 2], b: [__m256d; 2]) -> u32 {
+        // SAFETY: the witness stands for the instructions.
+        unsafe {
+            let low = _mm256_movemask_pd(_mm256_cmp_pd::<_CMP_LT_OQ>(a[0], b[0]));
+            let high = _mm256_movemask_pd(_mm256_cmp_pd::<_CMP_LT_OQ>(a[1], b[1]));
+            (low | high << 4) as u32
+        }
+    }
+
+    #[inline(always)]
+    fn are_ordered(self, a: [__m256d; 2], b: [__m256d; 2]) -> u32 {
+        // SAFETY: the witness stands for the instructions.
+        unsafe {
+            let low = _mm256_movemask_pd(_mm256_cmp_pd::<_CMP_LE_OQ>(a[0], b[0]));
+            let high = _mm256_movemask_pd(_mm256_cmp_pd::<_CMP_LE_OQ>(a[1], b[1]));
+            (low | high << 4) as u32
+        }
+    }
+
+    #[inline(always)]
+    fn if_below(
+        self,
+        a: [__m256d; 2],
+        b: [__m256d; 2],
+        x: [__m256d; 2],
+        y: [__m256d; 2],
+    ) -> [__m256d; 2] {
+        // SAFETY: the witness stands for the instructions.
+        unsafe {
+            [
+                _mm256_blendv_pd(y[0], x[0], _mm256_cmp_pd::<_CMP_LT_OQ>(a[0], b[0])),
+                _mm256_blendv_pd(y[1], x[1], _mm256_cmp_pd::<_CMP_LT_OQ>(a[1], b[1])),
+            ]
         }
     }
 }

@@ -6,7 +6,7 @@
 use std::arch::x86_64::*;
 
 use super::avx2::Avx2;
-use super::{Job, LANES, Simd};
+use super::{Doubles, EXPONENT_BITS, Job, LANES, Simd};
 
 /// The witness: exists only inside of [`run`].
 #[derive(Clone, Copy)]
@@ -120,8 +120,124 @@ impl Simd for Avx512 {
         }
     }
 
+    type Wide = Avx512Doubles;
+
+    #[inline(always)]
+    fn doubles(self) -> Avx512Doubles {
+        Avx512Doubles(())
+    }
+
+    #[inline(always)]
+    fn narrow(self, a: __m512d) -> __m256 {
+        // SAFETY: the witness stands for the instructions.
+        unsafe { _mm512_cvtpd_ps(a) }
+    }
+
+    #[inline(always)]
+    fn transposed(self, rows: [__m256; LANES]) -> [__m256; LANES] {
+        self.0.transposed(rows)
+    }
+
     #[inline(always)]
     fn prefetch(self, address: usize, lines: usize) {
         self.0.prefetch(address, lines);
+    }
+}
+
+/// The witness for doubles.
+#[derive(Clone, Copy)]
+pub struct Avx512Doubles(());
+
+impl Doubles for Avx512Doubles {
+    type Numbers = __m512d;
+
+    #[inline(always)]
+    fn splat(self, x: f64) -> __m512d {
+        // SAFETY: the witness stands for the instructions.
+        unsafe { _mm512_set1_pd(x) }
+    }
+
+    #[inline(always)]
+    fn load(self, array: &[f64; LANES]) -> __m512d {
+        // SAFETY: as above; the array is as long as the load.
+        unsafe { _mm512_loadu_pd(array.as_ptr()) }
+    }
+
+    #[inline(always)]
+    fn store(self, a: __m512d, array: &mut [f64; LANES]) {
+        // SAFETY: as above; the array is as long as the store.
+        unsafe { _mm512_storeu_pd(array.as_mut_ptr(), a) }
+    }
+
+    #[inline(always)]
+    fn plus(self, a: __m512d, b: __m512d) -> __m512d {
+        // SAFETY: the witness stands for the instructions.
+        unsafe { _mm512_add_pd(a, b) }
+    }
+
+    #[inline(always)]
+    fn minus(self, a: __m512d, b: __m512d) -> __m512d {
+        // SAFETY: the witness stands for the instructions.
+        unsafe { _mm512_sub_pd(a, b) }
+    }
+
+    #[inline(always)]
+    fn times(self, a: __m512d, b: __m512d) -> __m512d {
+        // SAFETY: the witness stands for the instructions.
+        unsafe { _mm512_mul_pd(a, b) }
+    }
+
+    #[inline(always)]
+    fn multiply_add(self, a: __m512d, b: __m512d, c: __m512d) -> __m512d {
+        // SAFETY: the witness stands for the instructions.
+        unsafe { _mm512_fmadd_pd(a, b, c) }
+    }
+
+    #[inline(always)]
+    fn divided(self, a: __m512d, b: __m512d) -> __m512d {
+        // SAFETY: the witness stands for the instructions.
+        unsafe { _mm512_div_pd(a, b) }
+    }
+
+    #[inline(always)]
+    fn magnitude(self, a: __m512d) -> __m512d {
+        // SAFETY: the witness stands for the instructions.
+        unsafe { _mm512_abs_pd(a) }
+    }
+
+    #[inline(always)]
+    fn power(self, a: __m512d) -> __m512d {
+        // SAFETY: the witness stands for the instructions.
+        unsafe { _mm512_and_pd(a, _mm512_set1_pd(f64::from_bits(EXPONENT_BITS))) }
+    }
+
+    #[inline(always)]
+    fn least(self, a: __m512d, b: __m512d) -> __m512d {
+        // SAFETY: the witness stands for the instructions.
+        unsafe { _mm512_min_pd(a, b) }
+    }
+
+    #[inline(always)]
+    fn largest(self, a: __m512d, b: __m512d) -> __m512d {
+        // SAFETY: the witness stands for the instructions.
+        unsafe { _mm512_max_pd(a, b) }
+    }
+
+    #[inline(always)]
+    fn are_below(self, a: __m512d, b: __m512d) -> u32 {
+        // SAFETY: the witness stands for the instructions.
+        unsafe { _mm512_cmp_pd_mask::<_CMP_LT_OQ>(a, b) as u32 }
+    }
+
+    #[inline(always)]
+    fn are_ordered(self, a: __m512d, b: __m512d) -> u32 {
+        // SAFETY: the witness stands for the instructions.
+        unsafe { _mm512_cmp_pd_mask::<_CMP_LE_OQ>(a, b) as u32 }
+    }
+
+    #[inline(always)]
+    fn if_below(self, a: __m512d, b: __m512d, x: __m512d, y: __m512d) -> __m512d {
+        // SAFETY: the witness stands for the instructions.
+        unsafe { _mm512_mask_blend_pd(_mm512_cmp_pd_mask::<_CMP_LT_OQ>(a, b), y, x) }
     }
 }

@@ -78,10 +78,82 @@ pub(crate) trait Simd: Copy + Send + Sync {
         kept: &mut [u32; LANES],
     ) -> usize;
 
+    /// The same instructions on doubles.
+    type Wide: Doubles;
+
+    /// Their witness.
+    fn doubles(self) -> Self::Wide;
+
+    /// The nearest single-precision numbers.
+    fn narrow(self, a: <Self::Wide as Doubles>::Numbers) -> Self::Floats;
+
+    /// Rows for columns.
+    fn transposed(self, rows: [Self::Floats; LANES]) -> [Self::Floats; LANES];
+
     /// Asks for some cache lines from an address on without waiting for them. Nothing is read, so
     /// any address will do.
     fn prefetch(self, address: usize, lines: usize);
 }
+
+/// The operations of an instruction set on eight doubles.
+pub(crate) trait Doubles: Copy {
+    /// Eight numbers.
+    type Numbers: Copy;
+
+    /// The same number in each lane.
+    fn splat(self, x: f64) -> Self::Numbers;
+
+    /// The numbers of an array.
+    fn load(self, array: &[f64; LANES]) -> Self::Numbers;
+
+    /// Writes all lanes.
+    fn store(self, a: Self::Numbers, array: &mut [f64; LANES]);
+
+    /// `a + b`.
+    fn plus(self, a: Self::Numbers, b: Self::Numbers) -> Self::Numbers;
+
+    /// `a - b`.
+    fn minus(self, a: Self::Numbers, b: Self::Numbers) -> Self::Numbers;
+
+    /// `a * b`.
+    fn times(self, a: Self::Numbers, b: Self::Numbers) -> Self::Numbers;
+
+    /// `a * b + c`, rounded once or twice.
+    fn multiply_add(self, a: Self::Numbers, b: Self::Numbers, c: Self::Numbers) -> Self::Numbers;
+
+    /// `a / b`.
+    fn divided(self, a: Self::Numbers, b: Self::Numbers) -> Self::Numbers;
+
+    /// Without the sign.
+    fn magnitude(self, a: Self::Numbers) -> Self::Numbers;
+
+    /// The largest power of two that is no larger in magnitude, for normal numbers.
+    fn power(self, a: Self::Numbers) -> Self::Numbers;
+
+    /// The smaller of two numbers; the second if one is NaN.
+    fn least(self, a: Self::Numbers, b: Self::Numbers) -> Self::Numbers;
+
+    /// The larger of two numbers; the second if one is NaN.
+    fn largest(self, a: Self::Numbers, b: Self::Numbers) -> Self::Numbers;
+
+    /// A bit for each lane where `a < b`.
+    fn are_below(self, a: Self::Numbers, b: Self::Numbers) -> u32;
+
+    /// A bit for each lane where `a <= b`.
+    fn are_ordered(self, a: Self::Numbers, b: Self::Numbers) -> u32;
+
+    /// `x` where `a < b`, else `y`.
+    fn if_below(
+        self,
+        a: Self::Numbers,
+        b: Self::Numbers,
+        x: Self::Numbers,
+        y: Self::Numbers,
+    ) -> Self::Numbers;
+}
+
+/// The bits of a double's exponent.
+const EXPONENT_BITS: u64 = 0x7ff << 52;
 
 /// Work that is compiled for every instruction set.
 pub(crate) trait Job {

@@ -1,6 +1,6 @@
 //! No instruction set in particular: loops over lanes, which compilers vectorise.
 
-use super::{LANES, Simd};
+use super::{Doubles, EXPONENT_BITS, LANES, Simd};
 
 /// The witness that needs nothing.
 #[derive(Clone, Copy)]
@@ -109,6 +109,135 @@ impl Simd for Portable {
         count
     }
 
+    type Wide = PortableDoubles;
+
+    #[inline(always)]
+    fn doubles(self) -> PortableDoubles {
+        PortableDoubles
+    }
+
+    #[inline(always)]
+    fn narrow(self, a: [f64; LANES]) -> [f32; LANES] {
+        each(|lane| a[lane] as f32)
+    }
+
+    #[inline(always)]
+    fn transposed(self, rows: [[f32; LANES]; LANES]) -> [[f32; LANES]; LANES] {
+        let mut columns = [[0.0; LANES]; LANES];
+        for row in 0..LANES {
+            for column in 0..LANES {
+                columns[column][row] = rows[row][column];
+            }
+        }
+        columns
+    }
+
     #[inline(always)]
     fn prefetch(self, _address: usize, _lines: usize) {}
+}
+
+#[inline(always)]
+fn each_double(value: impl Fn(usize) -> f64) -> [f64; LANES] {
+    let mut lanes = [0.0; LANES];
+    for lane in 0..LANES {
+        lanes[lane] = value(lane);
+    }
+    lanes
+}
+
+/// The witness for doubles.
+#[derive(Clone, Copy)]
+pub struct PortableDoubles;
+
+impl Doubles for PortableDoubles {
+    type Numbers = [f64; LANES];
+
+    #[inline(always)]
+    fn splat(self, x: f64) -> [f64; LANES] {
+        [x; LANES]
+    }
+
+    #[inline(always)]
+    fn load(self, array: &[f64; LANES]) -> [f64; LANES] {
+        *array
+    }
+
+    #[inline(always)]
+    fn store(self, a: [f64; LANES], array: &mut [f64; LANES]) {
+        *array = a;
+    }
+
+    #[inline(always)]
+    fn plus(self, a: [f64; LANES], b: [f64; LANES]) -> [f64; LANES] {
+        each_double(|lane| a[lane] + b[lane])
+    }
+
+    #[inline(always)]
+    fn minus(self, a: [f64; LANES], b: [f64; LANES]) -> [f64; LANES] {
+        each_double(|lane| a[lane] - b[lane])
+    }
+
+    #[inline(always)]
+    fn times(self, a: [f64; LANES], b: [f64; LANES]) -> [f64; LANES] {
+        each_double(|lane| a[lane] * b[lane])
+    }
+
+    #[inline(always)]
+    fn multiply_add(self, a: [f64; LANES], b: [f64; LANES], c: [f64; LANES]) -> [f64; LANES] {
+        each_double(|lane| a[lane] * b[lane] + c[lane])
+    }
+
+    #[inline(always)]
+    fn divided(self, a: [f64; LANES], b: [f64; LANES]) -> [f64; LANES] {
+        each_double(|lane| a[lane] / b[lane])
+    }
+
+    #[inline(always)]
+    fn magnitude(self, a: [f64; LANES]) -> [f64; LANES] {
+        each_double(|lane| a[lane].abs())
+    }
+
+    #[inline(always)]
+    fn power(self, a: [f64; LANES]) -> [f64; LANES] {
+        each_double(|lane| f64::from_bits(a[lane].to_bits() & EXPONENT_BITS))
+    }
+
+    #[inline(always)]
+    fn least(self, a: [f64; LANES], b: [f64; LANES]) -> [f64; LANES] {
+        each_double(|lane| if a[lane] < b[lane] { a[lane] } else { b[lane] })
+    }
+
+    #[inline(always)]
+    fn largest(self, a: [f64; LANES], b: [f64; LANES]) -> [f64; LANES] {
+        each_double(|lane| if a[lane] > b[lane] { a[lane] } else { b[lane] })
+    }
+
+    #[inline(always)]
+    fn are_below(self, a: [f64; LANES], b: [f64; LANES]) -> u32 {
+        let mut bits = [0; LANES];
+        for lane in 0..LANES {
+            bits[lane] = u32::from(a[lane] < b[lane]) << lane;
+        }
+        bits.into_iter().fold(0, |all, bit| all | bit)
+    }
+
+    #[inline(always)]
+    fn are_ordered(self, a: [f64; LANES], b: [f64; LANES]) -> u32 {
+        let mut bits = [0; LANES];
+        for lane in 0..LANES {
+            bits[lane] = u32::from(a[lane] <= b[lane]) << lane;
+        }
+        bits.into_iter().fold(0, |all, bit| all | bit)
+    }
+
+    #[inline(always)]
+    fn if_below(
+        self,
+        a: [f64; LANES],
+        b: [f64; LANES],
+        x: [f64; LANES],
+        y: [f64; LANES],
+    ) -> [f64; LANES] {
+        each_double(|lane| if a[lane] < b[lane] { x[lane] } else { y[lane] })
+    }
 }

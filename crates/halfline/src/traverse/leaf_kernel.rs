@@ -2,7 +2,7 @@
 //! which it hits for certain, and where.
 
 use super::wide_ray::WideRay;
-use crate::numeric::{CornerLanes, LeafFilter};
+use crate::numeric::CornerLanes;
 use crate::simd::{LANES, Simd};
 
 /// What is certain about eight triangles.
@@ -27,14 +27,9 @@ const STABLE: f32 = 8.0;
 /// Holds a ray against the triangles of a leaf. The bounds hold for fused and for separate roundings,
 /// so the sets of instructions may differ in what is certain, but in nothing that is met.
 #[inline(always)]
-pub fn test<S: Simd>(
-    simd: S,
-    filter: &LeafFilter,
-    ray: &WideRay,
-    corners: &CornerLanes,
-) -> Verdict<S::Floats> {
+pub fn test<S: Simd>(simd: S, ray: &WideRay, corners: &CornerLanes) -> Verdict<S::Floats> {
     // Project the corners along the line, which goes to the origin.
-    let (axes, slope, center, error) = filter.parts();
+    let (axes, slope, center, error) = ray.filter.parts();
     let slope = [simd.splat(slope[0]), simd.splat(slope[1])];
     let center = [simd.splat(center[0]), simd.splat(center[1])];
     let depths = [
@@ -76,8 +71,8 @@ pub fn test<S: Simd>(
     let [begin, begun] = ray.depth.begin;
     let is_beyond = simd.are_below(simd.splat(ray.limit), low);
     let is_before = simd.are_below(high, simd.splat(begin));
-    let is_within = simd.are_below(simd.splat(begun), low)
-        & simd.are_below(high, simd.splat(ray.depth.end));
+    let is_within =
+        simd.are_below(simd.splat(begun), low) & simd.are_below(high, simd.splat(ray.depth.end));
     let candidates = !is_missed & !(is_stable & (is_beyond | is_before)) & ALL;
     Verdict { candidates, certain: candidates & is_stable & is_crossed & is_within, low, high }
 }

@@ -20,18 +20,15 @@
 
 use super::leaf_kernel::test;
 use super::query::{Query, Search, Shortcut};
-use super::wide_ray::{WideRay, WideRays, World};
+use super::wide_ray::{Parameter, RayLanes, WideRay, WideRays, World};
 use crate::geometry::{NO_FACE, Ray, Vec3};
 use crate::mesh::Mesh;
-use crate::numeric::{LeafFilter, PreparedRay};
+use crate::numeric::PreparedRay;
 use crate::simd::{Job, LANES, Simd};
 use crate::tree::{KdTree, LeafBlock, WideNode, Word};
 
 /// Rays under way at a time.
 const SLOTS: usize = 32;
-
-/// In lanes beyond the last ray.
-const NO_RAY: Ray = Ray { origin: Vec3::ZERO, direction: Vec3::ZERO, t_min: 0.0, t_max: 0.0 };
 
 /// A batch: rays by number, and what is asked about each.
 pub trait Batch {
@@ -129,7 +126,7 @@ struct Walk {
     place: (u32, u32),
     number: usize,
     stack: Stack,
-    filter: LeafFilter,
+    parameter: Parameter,
 }
 
 /// What only rays need that may hit.
@@ -223,20 +220,19 @@ impl<B: Batch> Job for Cast<'_, B> {
         let (tree, root) = (self.tree, self.tree.wide.root);
         let world = World { frame: tree.frame, root: tree.root.bounds, reach: tree.reach };
         let memory = Memory::of(tree);
-        let rays = WideRays::new(&[NO_RAY; LANES], &world);
-        let mut waiting = Waiting { rays, lanes: 0, first: 0, next: 0 };
+        let mut waiting = Waiting { rays: WideRays::none(), lanes: 0, first: 0, next: 0 };
 
         // Give each slot a ray.
         let mut queues = Queues { nodes: Queue::EMPTY, leaves: Queue::EMPTY, ends: Queue::EMPTY };
         let mut walks: Vec<Walk> = Vec::with_capacity(SLOTS);
         let mut decisions: Vec<Decision<B::Query>> = Vec::with_capacity(SLOTS);
         while walks.len() < SLOTS
-            && let Some((number, wide, filter)) = self.next_ray(&world, &mut waiting)
+            && let Some((number, wide, parameter)) = self.next_ray(simd, &world, &mut waiting)
         {
             queues.push(walks.len() as u8, root);
             let stack = Stack::new(tree.wide.most_waiting);
             walks.push(Walk {
-                wide,
+                wide: *wide,
                 word: root,
                 candidates: 0,
                 certain: 0,
@@ -247,7 +243,7 @@ impl<B: Batch> Job for Cast<'_, B> {
                 place: (0, 0),
                 number,
                 stack,
-                filter,
+                parameter,
             });
             decisions.push(Decision::new());
         }
@@ -273,7 +269,7 @@ impl<B: Batch> Job for Cast<'_, B> {
             for &slot in leaves.slots() {
                 let walk = &mut walks[usize::from(slot)];
                 let block = &tree.leaves.blocks[walk.word.index()];
-                let verdict = test(simd, &walk.filter, &walk.wide, &block.corners);
+                let verdict = test(simd, &walk.wide, &block.corners);
                 simd.store(verdict.low, &mut walk.low);
                 simd.store(verdict.high, &mut walk.high);
                 (walk.candidates, walk.certain) = (verdict.candidates, verdict.certain);
@@ -300,8 +296,8 @@ impl<B: Batch> Job for Cast<'_, B> {
                 let (walk, decision) =
                     (&mut walks[usize::from(slot)], &mut decisions[usize::from(slot)]);
                 self.finish(walk, decision);
-                if let Some((number, wide, filter)) = self.next_ray(&world, &mut waiting) {
-                    (walk.number, walk.wide, walk.filter) = (number, wide, filter);
+                if let Some((number, wide, parameter)) = self.next_ray(simd, &world, &mut waiting) {
+                    (walk.number, walk.wide, walk.parameter) = (number, *wide, parameter);
                     walk.word = root;
                     (walk.nearest, walk.nearest_low) = (NO_FACE, f32::INFINITY);
                     walk.stack.waiting = 1;
@@ -316,38 +312,48 @@ impl<B: Batch> Job for Cast<'_, B> {
 impl<B: Batch> Cast<'_, B> {
     /// The next ray that meets the root's box, and its number.
     #[inline(always)]
-    fn next_ray(
+    fn next_ray<'w, S: Simd>(
         &mut self,
+        simd: S,
         world: &World,
-        waiting: &mut Waiting,
-    ) -> Option<(usize, WideRay, LeafFilter)> {
-        loop {
-            while waiting.lanes != 0 {
-                let lane = waiting.lanes.trailing_zeros() as usize;
-                waiting.lanes &= waiting.lanes - 1;
-                let number = waiting.first + lane;
-                if waiting.rays.single >> lane & 1 == 0 {
-                    let (wide, filter) = waiting.rays.lane(lane);
-                    return Some((number, wide, filter));
-                }
-                if let Some((wide, filter)) = WideRay::new(&self.batch.ray(number), world) {
-                    return Some((number, wide, filter));
-                }
-            }
-
-            // Prepare the next eight.
-            let count = self.batch.count();
-            if waiting.next >= count {
+        waiting: &'w mut Waiting,
+    ) -> Option<(usize, &'w WideRay, Parameter)> {
+        while waiting.lanes == 0 {
+            if waiting.next >= self.batch.count() {
                 return None;
             }
-            waiting.first = waiting.next;
-            waiting.next = count.min(waiting.first + LANES);
-            let mut rays = [NO_RAY; LANES];
-            for number in waiting.first..waiting.next {
-                rays[number - waiting.first] = self.batch.ray(number);
+            self.prepare_next(simd, world, waiting);
+        }
+        let lane = waiting.lanes.trailing_zeros() as usize;
+        waiting.lanes &= waiting.lanes - 1;
+        let (wide, parameter) = waiting.rays.lane(lane);
+        Some((waiting.first + lane, wide, parameter))
+    }
+
+    /// Prepares the next eight rays.
+    #[inline(always)]
+    fn prepare_next<S: Simd>(&mut self, simd: S, world: &World, waiting: &mut Waiting) {
+        waiting.first = waiting.next;
+        waiting.next = self.batch.count().min(waiting.first + LANES);
+        let mut lanes: RayLanes = [[0.0; LANES]; 8];
+        for number in waiting.first..waiting.next {
+            let (lane, ray) = (number - waiting.first, self.batch.ray(number));
+            for axis in 0..3 {
+                lanes[axis][lane] = ray.origin[axis];
+                lanes[3 + axis][lane] = ray.direction[axis];
             }
-            waiting.rays = WideRays::new(&rays, world);
-            waiting.lanes = waiting.rays.met & ((1 << (waiting.next - waiting.first)) - 1);
+            (lanes[6][lane], lanes[7][lane]) = (ray.t_min, ray.t_max);
+        }
+        waiting.rays.set(simd, &lanes, world);
+        let in_use = (1 << (waiting.next - waiting.first)) - 1;
+        waiting.lanes = waiting.rays.met & in_use;
+        let mut single = waiting.rays.single & in_use;
+        while single != 0 {
+            let lane = single.trailing_zeros() as usize;
+            single &= single - 1;
+            if !waiting.rays.set_single(lane, &self.batch.ray(waiting.first + lane), world) {
+                waiting.lanes &= !(1 << lane);
+            }
         }
     }
 
@@ -430,8 +436,8 @@ impl<B: Batch> Cast<'_, B> {
         if B::Query::SHORTCUT == Shortcut::Nearest {
             let (face, bounds) = query.nearest();
             if face != NO_FACE {
-                (walk.nearest, walk.nearest_low) = (face, walk.wide.lower(bounds.low));
-                walk.wide.set_limit(bounds.high);
+                (walk.nearest, walk.nearest_low) = (face, walk.parameter.lower(bounds.low));
+                walk.wide.limit = walk.parameter.limit(bounds.high);
             }
         }
     }

@@ -52,7 +52,7 @@ impl Scale {
     }
 
     /// Of a ray that meets everything.
-    const UNBOUNDED: Scale = Scale { factors: [f64::INFINITY; 2], smallest_s: 0.0 };
+    pub const UNBOUNDED: Scale = Scale { factors: [f64::INFINITY; 2], smallest_s: 0.0 };
 
     /// False for a ray that meets everything.
     #[inline(always)]

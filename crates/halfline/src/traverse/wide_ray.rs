@@ -6,13 +6,14 @@
 //! however far its origin is. What may still be wrong is a position, so each box is widened by that:
 //! the answer errs on one side.
 //!
-//! Rays are prepared eight at a time, in loops over lanes without a branch, which compilers
-//! vectorise: one by one it would take as long as the walk.
+//! Rays are prepared eight at a time: one by one it would take as long as the walk.
+
+use bytemuck::{Pod, Zeroable};
 
 use super::slab::{Scale, SlabRay};
 use crate::geometry::{Ray, Vec3};
-use crate::numeric::{Frame, LeafFilter, LeafFilters, UNIT_ROUNDOFF};
-use crate::simd::{LANES, Simd};
+use crate::numeric::{Frame, LeafFilter, Longest, Numbers, UNIT_ROUNDOFF, UNITS, leaf_filters};
+use crate::simd::{Doubles, LANES, Simd};
 use crate::tree::{Bounds, WideNode};
 
 /// Half the distance from 1 to the next single-precision number.
@@ -46,7 +47,8 @@ const DEPTH_ERROR: f64 = 5.0;
 
 /// What finds the places of triangles on a ray, in the ray's parameter: the mean of the corners'
 /// coordinates along the axis that the ray follows most.
-#[derive(Clone, Copy, Default)]
+#[derive(Clone, Copy, Default, Pod, Zeroable)]
+#[repr(C)]
 pub struct Depth {
     /// From that coordinate to the parameter: a factor of at most one, and what is added.
     pub inverse: f32,
@@ -71,8 +73,9 @@ impl Depth {
     };
 }
 
-/// A ray from where it enters the root's box. Its parameter is that of [`SlabRay`] less the start's.
-#[derive(Clone, Copy)]
+/// A ray from where it enters the root's box, and its leaf filter.
+#[derive(Clone, Copy, Pod, Zeroable)]
+#[repr(C, align(32))]
 pub struct WideRay {
     inverse: [f32; 3],
     /// Minus the start times the inverse, less the widening, for near sides.
@@ -81,30 +84,32 @@ pub struct WideRay {
     far: [f32; 3],
     /// Boxes that are entered beyond this do not matter.
     pub limit: f32,
+    /// In the lowest bits, one for each axis along which the direction is negative.
+    octant: u32,
+    /// What triangles are missed.
+    pub filter: LeafFilter,
     /// Where triangles are.
     pub depth: Depth,
-    /// A bit for each axis along which the direction is negative.
-    octant: u32,
-    /// Where the parameter is zero.
+}
+
+/// Numbers in a [`WideRay`].
+const FIELDS: usize = size_of::<WideRay>() / 4;
+
+/// The parameter of a [`WideRay`]: that of [`SlabRay`] less the start's.
+#[derive(Clone, Copy)]
+pub struct Parameter {
+    /// Where it is zero.
     start: f64,
     scale: Scale,
 }
 
-/// Eight rays, in lanes.
+/// Eight rays.
 pub struct WideRays {
-    inverse: [[f32; LANES]; 3],
-    near: [[f32; LANES]; 3],
-    far: [[f32; LANES]; 3],
-    limit: [f32; LANES],
-    depth_inverse: [f32; LANES],
-    depth_base: [f32; LANES],
-    depth_error: [f32; LANES],
-    begin: [[f32; LANES]; 2],
-    end: [f32; LANES],
-    octant: [u32; LANES],
-    start: Lanes,
-    factor: Lanes,
-    filters: LeafFilters,
+    rays: [WideRay; LANES],
+    start: [f64; LANES],
+    factor: [f64; LANES],
+    /// Of those that were looked at by themselves.
+    parameters: [Parameter; LANES],
     /// A bit for each ray that meets the root's box, or is to be looked at by itself.
     pub met: u32,
     /// Those to be looked at by themselves.
@@ -122,200 +127,209 @@ pub struct World {
     pub reach: f32,
 }
 
-/// Eight numbers.
-type Lanes = [f64; LANES];
-
 /// Rays that the lanes can prepare: nothing in them is so large or small that a power of two could
 /// leave the range of doubles. The others are prepared one by one.
 const ORDINARY: std::ops::Range<f64> =
     f64::from_bits((1023 - 200) << 52)..f64::from_bits((1023 + 200) << 52);
 
+/// Rays by number: their origins and directions by axis, then both ends of their ranges.
+pub type RayLanes = [[f64; LANES]; 8];
+
 impl WideRays {
+    /// Rays that were never set.
+    pub fn none() -> WideRays {
+        let rays = [WideRay::zeroed(); LANES];
+        let parameters = [Parameter::NONE; LANES];
+        WideRays { rays, start: [0.0; LANES], factor: [0.0; LANES], parameters, met: 0, single: 0 }
+    }
+
     /// Finds the parts of rays within the root's box.
     #[inline(always)]
-    pub fn new(rays: &[Ray; LANES], world: &World) -> WideRays {
-        let mut origin = [[0.0; LANES]; 3];
-        let mut direction = [[0.0; LANES]; 3];
-        let (mut t_min, mut t_max) = ([0.0; LANES], [0.0; LANES]);
-        for lane in 0..LANES {
-            let ray = &rays[lane];
-            for axis in 0..3 {
-                origin[axis][lane] = ray.origin[axis];
-                direction[axis][lane] = ray.direction[axis];
-            }
-            (t_min[lane], t_max[lane]) = (ray.t_min, ray.t_max);
-        }
+    pub fn set<S: Simd>(&mut self, simd: S, rays: &RayLanes, world: &World) {
+        let wide = simd.doubles();
+        let given = [wide.load(&rays[0]), wide.load(&rays[1]), wide.load(&rays[2])];
+        let along = [wide.load(&rays[3]), wide.load(&rays[4]), wide.load(&rays[5])];
+        let (t_min, t_max) = (wide.load(&rays[6]), wide.load(&rays[7]));
 
         // Scale the directions by powers of two to [1, 2), and bring the origins into the frame.
-        let (mut factor, mut is_ordinary) = ([0.0; LANES], [0u64; LANES]);
+        let largest = size(simd, &along);
         let scale = world.frame.scale();
-        let is_world_ordinary = ORDINARY.contains(&scale);
-        for lane in 0..LANES {
-            let [x, y, z] = [0, 1, 2].map(|axis| direction[axis][lane].abs());
-            let largest = larger(larger(x, y), z);
-            let [p, q, r] = [0, 1, 2].map(|axis| origin[axis][lane].abs());
-            let is_right = is_world_ordinary
-                & (largest > ORDINARY.start)
-                & (largest < ORDINARY.end)
-                & (x < ORDINARY.end)
-                & (y < ORDINARY.end)
-                & (z < ORDINARY.end)
-                & (p < ORDINARY.end)
-                & (q < ORDINARY.end)
-                & (r < ORDINARY.end)
-                & (t_min[lane] <= t_max[lane]);
-            is_ordinary[lane] = u64::from(is_right);
-            let exponent = largest.to_bits() & EXPONENT_BITS;
-            factor[lane] = f64::from_bits(exponent);
-            let inverse = f64::from_bits((2046u64 << 52).wrapping_sub(exponent));
-            for axis in 0..3 {
-                direction[axis][lane] *= inverse;
-            }
-        }
-        let offset = world.frame.offset();
-        let mut way_error = [0.0; LANES];
+        let (first, last) = (wide.splat(ORDINARY.start), wide.splat(ORDINARY.end));
+        // Comparisons with NaN are false, but maxima may hide it: look at every component.
+        let mut ordinary = wide.are_below(first, largest) & wide.are_ordered(t_min, t_max);
         for axis in 0..3 {
-            for lane in 0..LANES {
-                origin[axis][lane] = (origin[axis][lane] - offset[axis]) * scale;
-                way_error[lane] = larger(way_error[lane], origin[axis][lane].abs());
-            }
+            ordinary &= wide.are_below(wide.magnitude(along[axis]), last);
+            ordinary &= wide.are_below(wide.magnitude(given[axis]), last);
         }
+        if !ORDINARY.contains(&scale) {
+            ordinary = 0;
+        }
+        let power = wide.power(largest);
+        let inverse_power = wide.divided(wide.splat(1.0), power);
+        let factor = wide.times(power, wide.splat(scale));
+        let offset = world.frame.offset();
+        let direction = [
+            wide.times(along[0], inverse_power),
+            wide.times(along[1], inverse_power),
+            wide.times(along[2], inverse_power),
+        ];
+        let mut origin = given;
+        for axis in 0..3 {
+            let moved = wide.minus(given[axis], wide.splat(offset[axis]));
+            origin[axis] = wide.times(moved, wide.splat(scale));
+        }
+        let way_error = size(simd, &origin);
 
         // Find where they enter and leave the root's box, at least and at most.
         let reach = f64::from(world.reach);
-        let mut inverse = [[0.0; LANES]; 3];
-        let (mut enter, mut leave): (Lanes, Lanes) = ([0.0; LANES], [0.0; LANES]);
-        for lane in 0..LANES {
-            factor[lane] *= scale;
-            let s_min = t_min[lane] * factor[lane];
-            enter[lane] = s_min - START_ERROR * s_min.abs();
-            leave[lane] = f64::INFINITY;
-        }
+        let begin = wide.times(t_min, factor);
+        let start_error = wide.splat(-START_ERROR);
+        let mut enter = wide.multiply_add(wide.magnitude(begin), start_error, begin);
+        let mut leave = wide.splat(f64::INFINITY);
+        let far_error =
+            wide.times(wide.plus(way_error, wide.splat(reach)), wide.splat(START_ERROR));
+        let mut inverse = [wide.splat(0.0); 3];
         for axis in 0..3 {
             let (low, high) = (f64::from(world.root.min[axis]), f64::from(world.root.max[axis]));
-            for lane in 0..LANES {
-                let inverted = 1.0 / direction[axis][lane];
-                let inverted = smaller(larger(inverted, -STEEPEST), STEEPEST);
-                inverse[axis][lane] = inverted;
-                let room = START_ERROR * (way_error[lane] + reach) * inverted.abs();
-                let one = (low - origin[axis][lane]) * inverted;
-                let other = (high - origin[axis][lane]) * inverted;
-                enter[lane] = larger(enter[lane], smaller(one, other) - room);
-                leave[lane] = smaller(leave[lane], larger(one, other) + room);
-            }
+            let inverted = wide.divided(wide.splat(1.0), direction[axis]);
+            let inverted =
+                wide.least(wide.largest(inverted, wide.splat(-STEEPEST)), wide.splat(STEEPEST));
+            inverse[axis] = inverted;
+            let room = wide.times(far_error, wide.magnitude(inverted));
+            let one = wide.times(wide.minus(wide.splat(low), origin[axis]), inverted);
+            let other = wide.times(wide.minus(wide.splat(high), origin[axis]), inverted);
+            enter = wide.largest(enter, wide.minus(wide.least(one, other), room));
+            leave = wide.least(leave, wide.plus(wide.largest(one, other), room));
         }
 
         // Go to the start, and bound what may be wrong there.
-        let (mut at, mut position_error) = ([[0.0; LANES]; 3], [0.0; LANES]);
-        for axis in 0..3 {
-            for lane in 0..LANES {
-                at[axis][lane] = origin[axis][lane] + enter[lane] * direction[axis][lane];
-                position_error[lane] = larger(position_error[lane], at[axis][lane].abs());
-            }
-        }
-        let (mut limit, mut is_met, mut is_open) = ([0.0f32; LANES], [0u64; LANES], [0u64; LANES]);
-        for lane in 0..LANES {
-            position_error[lane] = POSITION_ERROR * (position_error[lane] + reach)
-                + START_ERROR * (way_error[lane] + 2.0 * enter[lane].abs())
-                + f64::from(f32::MIN_POSITIVE);
-            limit[lane] = limit_of(t_max[lane] * factor[lane], enter[lane]);
-            // NaN, after an overflow, leaves the answer open.
-            let is_bounded = position_error[lane] < WIDEST;
-            is_open[lane] = u64::from(!is_bounded);
-            let is_right = (is_ordinary[lane] == 1)
-                & is_bounded
-                & (enter[lane] <= leave[lane])
-                & (limit[lane] >= 0.0);
-            is_met[lane] = u64::from(is_right);
-        }
-        let mut inverted = [[0.0f32; LANES]; 3];
-        let (mut near, mut far) = ([[0.0f32; LANES]; 3], [[0.0f32; LANES]; 3]);
-        let mut octant = [0u32; LANES];
-        for axis in 0..3 {
-            for lane in 0..LANES {
-                let inverse = inverse[axis][lane];
-                let (away, room) =
-                    (-at[axis][lane] * inverse, position_error[lane] * inverse.abs());
-                inverted[axis][lane] = inverse as f32;
-                near[axis][lane] = (away - room) as f32;
-                far[axis][lane] = (away + room) as f32;
-                octant[lane] |= ((inverse.to_bits() >> 63) as u32) << axis;
-            }
-        }
+        let at = [
+            wide.multiply_add(enter, direction[0], origin[0]),
+            wide.multiply_add(enter, direction[1], origin[1]),
+            wide.multiply_add(enter, direction[2], origin[2]),
+        ];
+        let way = wide.plus(wide.magnitude(enter), wide.magnitude(enter));
+        let error = wide.times(wide.plus(way_error, way), wide.splat(START_ERROR));
+        let error = wide.plus(error, wide.splat(f64::from(f32::MIN_POSITIVE)));
+        let around = wide.plus(size(simd, &at), wide.splat(reach));
+        let error = wide.multiply_add(around, wide.splat(POSITION_ERROR), error);
 
-        // Take the axis that the ray follows most, and where its range begins and ends.
-        let (mut depth_inverse, mut depth_base) = ([0.0f32; LANES], [0.0f32; LANES]);
-        let (mut depth_error, mut end) = ([0.0f32; LANES], [0.0f32; LANES]);
-        let mut begin = [[0.0f32; LANES]; 2];
-        for lane in 0..LANES {
-            let [x, y, z] = [direction[0][lane], direction[1][lane], direction[2][lane]];
-            let is_x = (x.abs() > y.abs()) & (x.abs() > z.abs());
-            let is_y = !is_x & (y.abs() > z.abs());
-            let of = |lanes: &[Lanes; 3]| {
-                let other = if is_y { lanes[1][lane] } else { lanes[2][lane] };
-                if is_x { lanes[0][lane] } else { other }
-            };
-            let inverse = of(&inverse);
-            depth_inverse[lane] = inverse as f32;
-            depth_base[lane] = (-of(&at) * inverse) as f32;
-            depth_error[lane] = (DEPTH_ERROR * position_error[lane]) as f32;
-            let [low, high] = range_of(t_min[lane] * factor[lane], enter[lane]);
-            (begin[0][lane], begin[1][lane]) = (low as f32, high as f32);
-            end[lane] = range_of(t_max[lane] * factor[lane], enter[lane])[0] as f32;
-        }
+        // NaN, after an overflow, leaves the answer open.
+        let bounded = wide.are_below(error, wide.splat(WIDEST));
+        let end = range_of(simd, wide.times(t_max, factor), enter);
+        let begin = range_of(simd, begin, enter);
+        let met = !wide.are_below(leave, enter) & !wide.are_below(end[1], wide.splat(0.0));
 
-        let (mut met, mut single) = (0, 0);
-        for lane in 0..LANES {
-            single |= ((is_ordinary[lane] ^ 1 | is_open[lane]) as u32) << lane;
-            met |= (is_met[lane] as u32) << lane;
+        // Write down what boxes and leaves need.
+        let zero = wide.splat(0.0);
+        let (mut away, mut near, mut far) = (at, [simd.splat(0.0); 3], [simd.splat(0.0); 3]);
+        let mut octant = wide.splat(UNITS);
+        for axis in 0..3 {
+            away[axis] = wide.times(at[axis], inverse[axis]);
+            let room = wide.times(error, wide.magnitude(inverse[axis]));
+            near[axis] = simd.narrow(wide.minus(zero, wide.plus(away[axis], room)));
+            far[axis] = simd.narrow(wide.minus(room, away[axis]));
+            let bit = wide.splat(f64::from(1 << axis));
+            octant = wide.plus(octant, wide.if_below(inverse[axis], zero, bit, zero));
         }
-        WideRays {
-            inverse: inverted,
-            near,
-            far,
-            limit,
-            depth_inverse,
-            depth_base,
-            depth_error,
-            begin,
-            end,
-            octant,
-            start: enter,
-            factor,
-            filters: LeafFilters::new(&origin, &direction, world.reach),
-            met: met | single,
-            single,
+        let longest = Longest::of(simd, &direction);
+        let depth_inverse = longest.choose(simd, inverse[0], inverse[1], inverse[2]);
+        let depth_base = longest.choose(simd, away[0], away[1], away[2]);
+        let filter = leaf_filters(simd, &origin, &direction, reach.max(0.5));
+        let columns = simd.transposed([
+            simd.narrow(inverse[0]),
+            simd.narrow(inverse[1]),
+            simd.narrow(inverse[2]),
+            near[0],
+            near[1],
+            near[2],
+            far[0],
+            far[1],
+        ]);
+        let [last, slope, slope_2, center, center_2, per_distance, at_least] = filter;
+        let more = simd.transposed([
+            far[2],
+            simd.narrow(end[1]),
+            simd.narrow(octant),
+            last,
+            slope,
+            slope_2,
+            center,
+            center_2,
+        ]);
+        let most = simd.transposed([
+            per_distance,
+            at_least,
+            simd.narrow(depth_inverse),
+            simd.narrow(wide.minus(zero, depth_base)),
+            simd.narrow(wide.times(error, wide.splat(DEPTH_ERROR))),
+            simd.narrow(begin[0]),
+            simd.narrow(begin[1]),
+            simd.narrow(end[0]),
+        ]);
+        for lane in 0..LANES {
+            let fields: &mut [[f32; LANES]; FIELDS / LANES] =
+                bytemuck::cast_mut(&mut self.rays[lane]);
+            simd.store(columns[lane], &mut fields[0]);
+            simd.store(more[lane], &mut fields[1]);
+            simd.store(most[lane], &mut fields[2]);
+        }
+        wide.store(enter, &mut self.start);
+        wide.store(factor, &mut self.factor);
+        self.single = !(ordinary & bounded) & ALL;
+        self.met = met & ALL | self.single;
+    }
+
+    /// Looks at a ray by itself; false if it does not meet the root's box.
+    #[cold]
+    pub fn set_single(&mut self, lane: usize, ray: &Ray, world: &World) -> bool {
+        match WideRay::new(ray, world) {
+            Some(prepared) => {
+                (self.rays[lane], self.parameters[lane]) = prepared;
+                true
+            }
+            None => false,
         }
     }
 
-    /// The ray in a lane that is met and not single, and its filter.
+    /// A ray that meets the root's box.
     #[inline(always)]
-    pub fn lane(&self, lane: usize) -> (WideRay, LeafFilter) {
-        let of = |lanes: &[[f32; LANES]; 3]| [lanes[0][lane], lanes[1][lane], lanes[2][lane]];
-        let wide = WideRay {
-            inverse: of(&self.inverse),
-            near: of(&self.near),
-            far: of(&self.far),
-            limit: self.limit[lane],
-            depth: Depth {
-                inverse: self.depth_inverse[lane],
-                base: self.depth_base[lane],
-                error: self.depth_error[lane],
-                begin: [self.begin[0][lane], self.begin[1][lane]],
-                end: self.end[lane],
-            },
-            octant: self.octant[lane],
-            start: self.start[lane],
-            scale: Scale::by(self.factor[lane]),
-        };
-        (wide, self.filters.lane(lane))
+    pub fn lane(&self, lane: usize) -> (&WideRay, Parameter) {
+        if self.single >> lane & 1 == 1 {
+            return (&self.rays[lane], self.parameters[lane]);
+        }
+        let scale = Scale::by(self.factor[lane]);
+        (&self.rays[lane], Parameter { start: self.start[lane], scale })
+    }
+}
+
+const ALL: u32 = (1 << LANES) - 1;
+
+impl Parameter {
+    /// Of a ray that is to be set.
+    pub const NONE: Parameter = Parameter { start: 0.0, scale: Scale::UNBOUNDED };
+
+    /// Boxes that are entered beyond this do not matter if what lies beyond t does not.
+    #[inline(always)]
+    pub fn limit(&self, t_max: f64) -> f32 {
+        limit_of(self.scale.limit(t_max), self.start)
+    }
+
+    /// A lower bound of the parameter at t.
+    #[inline(always)]
+    pub fn lower(&self, t: f64) -> f32 {
+        let s = self.scale.lower(t);
+        let way = s - self.start;
+        let error = START_ERROR * (s.abs() + self.start.abs()) + LIMIT_ERROR * way.abs();
+        let lower = (way - error) as f32;
+        if lower.is_nan() { f32::NEG_INFINITY } else { lower }
     }
 }
 
 impl WideRay {
     /// The part of one ray within the root's box, as far as it matters.
     #[cold]
-    pub fn new(ray: &Ray, world: &World) -> Option<(WideRay, LeafFilter)> {
+    pub fn new(ray: &Ray, world: &World) -> Option<(WideRay, Parameter)> {
         if !ray.is_valid() {
             return None;
         }
@@ -329,15 +343,15 @@ impl WideRay {
         let position_error = POSITION_ERROR * (at.abs().max_element() + f64::from(world.reach))
             + START_ERROR * (origin.abs().max_element() + 2.0 * start.abs())
             + f64::from(f32::MIN_POSITIVE);
+        let parameter = Parameter { start, scale };
         let mut wide = WideRay {
             inverse: [1.0; 3],
             near: [f32::MIN; 3],
             far: [f32::MAX; 3],
-            limit: 0.0,
-            depth: Depth::UNKNOWN,
+            limit: parameter.limit(ray.t_max),
             octant: 0,
-            start,
-            scale,
+            filter: LeafFilter::new(ray, &world.frame, world.reach),
+            depth: Depth::UNKNOWN,
         };
         // Where even doubles are too coarse, as for origins beyond the range of `slab.rs`, the ray
         // meets everything but empty boxes: NaN ends here too.
@@ -351,20 +365,7 @@ impl WideRay {
                 wide.far[axis] = (away + room) as f32;
             }
         }
-        wide.set_limit(ray.t_max);
-        Some((wide, LeafFilter::new(ray, &world.frame, world.reach)))
-    }
-
-    /// Boxes that are entered beyond t_max do not matter.
-    #[inline(always)]
-    pub fn set_limit(&mut self, t_max: f64) {
-        self.limit = limit_of(self.scale.limit(t_max), self.start);
-    }
-
-    /// A lower bound of the parameter at t.
-    #[inline(always)]
-    pub fn lower(&self, t: f64) -> f32 {
-        range_of(self.scale.lower(t), self.start)[0] as f32
+        Some((wide, parameter))
     }
 
     /// Puts the children of a node that the ray meets, the last first, to the front of `nears` and
@@ -379,7 +380,7 @@ impl WideRay {
     ) -> usize {
         let mut near = simd.splat(0.0);
         let mut far = simd.splat(self.limit);
-        let octant = self.octant as usize;
+        let octant = (self.octant & 7) as usize;
         for axis in 0..3 {
             let side = octant >> axis & 1;
             let inverse = simd.splat(self.inverse[axis]);
@@ -390,11 +391,17 @@ impl WideRay {
             near = simd.largest(enter, near);
             far = simd.least(leave, far);
         }
-        simd.push(near, far, &node.words, node.orders[octant & 7], nears, words)
+        simd.push(near, far, &node.words, node.orders[octant], nears, words)
     }
 }
 
-const EXPONENT_BITS: u64 = 0x7ff << 52;
+/// The largest component, without its sign.
+#[inline(always)]
+fn size<S: Simd>(simd: S, v: &[Numbers<S>; 3]) -> Numbers<S> {
+    let wide = simd.doubles();
+    let xy = wide.largest(wide.magnitude(v[0]), wide.magnitude(v[1]));
+    wide.largest(xy, wide.magnitude(v[2]))
+}
 
 /// The limit for a walk that starts at `start`, given one for the whole line.
 #[inline(always)]
@@ -406,24 +413,17 @@ fn limit_of(limit: f64, start: f64) -> f32 {
     if limit.is_nan() { f32::INFINITY } else { limit }
 }
 
-/// Two numbers between which a parameter is for a walk that starts at `start`, given one for the
-/// whole line; those still to be rounded to single precision.
+/// Two numbers between which a parameter is for walks that begin at `start`, given one for the whole
+/// line, still to be rounded to single precision.
 #[inline(always)]
-fn range_of(parameter: f64, start: f64) -> [f64; 2] {
-    let way = parameter - start;
-    let error = START_ERROR * (parameter.abs() + start.abs()) + LIMIT_ERROR * way.abs();
+fn range_of<S: Simd>(simd: S, parameter: Numbers<S>, start: Numbers<S>) -> [Numbers<S>; 2] {
+    let wide = simd.doubles();
+    let way = wide.minus(parameter, start);
+    let size = wide.plus(wide.magnitude(parameter), wide.magnitude(start));
+    let error = wide.times(wide.magnitude(way), wide.splat(LIMIT_ERROR));
+    let error = wide.multiply_add(size, wide.splat(START_ERROR), error);
     // Far beyond everything no error matters, and infinite ones would not do.
-    let error = if way.abs() < FAR { error } else { 0.0 };
-    [way - error, way + error]
-}
-
-/// One instruction each, other than `f64::min`, which has rules for NaN.
-#[inline(always)]
-fn smaller(a: f64, b: f64) -> f64 {
-    if a < b { a } else { b }
-}
-
-#[inline(always)]
-fn larger(a: f64, b: f64) -> f64 {
-    if a > b { a } else { b }
+    let is_near = (wide.magnitude(way), wide.splat(FAR));
+    let error = wide.if_below(is_near.0, is_near.1, error, wide.splat(0.0));
+    [wide.minus(way, error), wide.plus(way, error)]
 }
