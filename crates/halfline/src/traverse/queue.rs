@@ -297,7 +297,8 @@ impl<B: Batch> Job for Cast<'_, B> {
                     (&mut walks[usize::from(slot)], &mut decisions[usize::from(slot)]);
                 self.finish(walk, decision);
                 if let Some((number, wide, parameter)) = self.next_ray(simd, &world, &mut waiting) {
-                    (walk.number, walk.wide, walk.parameter) = (number, *wide, parameter);
+                    walk.wide.copy_from(simd, wide);
+                    (walk.number, walk.parameter) = (number, parameter);
                     walk.word = root;
                     (walk.nearest, walk.nearest_low) = (NO_FACE, f32::INFINITY);
                     walk.stack.waiting = 1;

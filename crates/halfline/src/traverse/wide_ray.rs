@@ -268,8 +268,7 @@ impl WideRays {
             simd.narrow(end[0]),
         ]);
         for lane in 0..LANES {
-            let fields: &mut [[f32; LANES]; FIELDS / LANES] =
-                bytemuck::cast_mut(&mut self.rays[lane]);
+            let fields = self.rays[lane].fields_mut();
             simd.store(columns[lane], &mut fields[0]);
             simd.store(more[lane], &mut fields[1]);
             simd.store(most[lane], &mut fields[2]);
@@ -366,6 +365,22 @@ impl WideRay {
             }
         }
         Some((wide, parameter))
+    }
+
+    #[inline(always)]
+    fn fields_mut(&mut self) -> &mut [[f32; LANES]; FIELDS / LANES] {
+        bytemuck::cast_mut(self)
+    }
+
+    /// Copies a ray in the pieces in which [`WideRays::set`] wrote it: larger ones would have to wait
+    /// until all of them have come to the cache.
+    #[inline(always)]
+    pub fn copy_from<S: Simd>(&mut self, simd: S, other: &WideRay) {
+        let from: &[[f32; LANES]; FIELDS / LANES] = bytemuck::cast_ref(other);
+        let to = self.fields_mut();
+        for part in 0..FIELDS / LANES {
+            simd.store(simd.load(&from[part]), &mut to[part]);
+        }
     }
 
     /// Puts the children of a node that the ray meets, the last first, to the front of `nears` and
