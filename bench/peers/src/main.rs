@@ -97,7 +97,9 @@ fn measure(
     println!(
         "  rays       halfline    Embree    ratio   Embree's best          its robust best, M rays/s"
     );
-    for kind in rays::for_scene(&scene, name == "hall", most) {
+    let kinds = rays::for_scene(&scene, name == "hall", most);
+    let only = std::env::var("PEERS_RAYS").unwrap_or_default();
+    for kind in kinds.into_iter().filter(|kind| only.is_empty() || only == kind.name) {
         let rays = &kind.rays;
         let mut configurations: Vec<(usize, Packets)> = Vec::new();
         for number in 0..scenes.len() {

@@ -69,7 +69,6 @@ pub fn collapse(root: Node, children: &[Children], observer: &dyn Observer) -> R
 
     // Cut wide nodes from the root on, depth first.
     let mut nodes = Vec::with_capacity(children.len() / 5);
-    crate::io::advise_huge_pages(nodes.spare_capacity_mut());
     let mut pending = vec![(root, None)];
     while let Some((node, parent)) = pending.pop() {
         if nodes.len() % CHECKED == 0 {
@@ -85,6 +84,12 @@ pub fn collapse(root: Node, children: &[Children], observer: &dyn Observer) -> R
         pending.extend(inner.into_iter().rev().map(|(lane, node)| (node, Some((number, lane)))));
     }
     let most_waiting = most_waiting(&nodes);
+
+    // Now that their number is known, move them to where huge pages can back all of them.
+    let mut moved = Vec::with_capacity(nodes.len());
+    crate::io::advise_huge_pages(moved.spare_capacity_mut());
+    moved.append(&mut nodes);
+    let nodes = moved;
     Ok(WideTree { root: Word::inner(0), nodes, most_waiting })
 }
 
