@@ -8,8 +8,41 @@ use super::double_double::{DoubleDouble, UNIT_ROUNDOFF, two_product, two_sum};
 use super::edge_function::exact_edge_function;
 use super::exact::{BigFloat, ExactNumber};
 use super::power_of_two::scale_by_power_of_two;
-use super::ray_triangle::{Bounds, PreparedRay};
-use crate::geometry::{Hit, Vec3, vec3};
+use super::ray_triangle::PreparedRay;
+use crate::geometry::{Hit, Ray, Vec3, vec3};
+
+/// t in single precision, for a line that is known to cross the triangle's plane, in plain doubles:
+/// `n . (a - origin) / (n . direction)`. `None` if its error leaves two numbers to choose from, or if
+/// something is so large or small that the error is not known.
+#[inline(always)]
+pub fn single_parameter(ray: &Ray, [a, b, c]: &[Vec3; 3]) -> Option<f32> {
+    let (ab, ac, oa) = (*b - *a, *c - *a, *a - ray.origin);
+    let (normal, normal_permanent) = (ab.cross(ac), permanent(ab.abs(), ac.abs()));
+    let (numerator, determinant) = (normal.dot(oa), normal.dot(ray.direction));
+    let numerator_permanent = normal_permanent.dot(oa.abs());
+    let determinant_permanent = normal_permanent.dot(ray.direction.abs());
+    let inverse = 1.0 / determinant;
+    let t = numerator * inverse;
+
+    // Where this is small, t and twice the inverse bound what the determinant's error does.
+    let error =
+        PLAIN_ERROR * (numerator_permanent + 2.0 * t.abs() * determinant_permanent) * inverse.abs();
+    let (low, high) = ((t - error) as f32, (t + error) as f32);
+    let is_certain = low == high
+        && PLAIN_ERROR * determinant_permanent < MAX_DETERMINANT_ERROR * determinant.abs()
+        && PLAIN_RANGE.contains(&determinant.abs())
+        && PLAIN_RANGE.contains(&numerator.abs())
+        && normal_permanent.dot(Vec3::splat(1.0)) < PLAIN_RANGE.end
+        && ray.direction.abs().dot(Vec3::splat(1.0)) < PLAIN_RANGE.end
+        && oa.abs().dot(Vec3::splat(1.0)) < PLAIN_RANGE.end;
+    // A zero would keep its sign.
+    is_certain.then_some(low + 0.0)
+}
+
+/// Numbers in [`single_parameter`] that underflow, by up to 2^-1074, changes by less than a rounding,
+/// even after two products with others of this range.
+const PLAIN_RANGE: std::ops::Range<f64> =
+    f64::from_bits((1023 - 300) << 52)..f64::from_bits((1023 + 200) << 52);
 
 impl PreparedRay {
     /// The hit of `face`, whose corners these are and which the line is known to meet: t, whether it
@@ -81,34 +114,6 @@ impl PreparedRay {
             self.exact_barycentrics(&corners)
         };
         Hit { t, face, u, v }
-    }
-
-    /// Two numbers between which t is, for a triangle whose plane the line is known to cross, in
-    /// plain doubles: `n . (a - origin) / (n . direction)`.
-    #[inline(always)]
-    pub fn plane_bounds(&self, corners: &[Vec3; 3]) -> Bounds {
-        let [a, b, c] = *corners;
-        let (ab, ac, oa) = (b - a, c - a, a - self.origin);
-        let (normal, normal_permanent) = (ab.cross(ac), permanent(ab.abs(), ac.abs()));
-        let (numerator, determinant) = (normal.dot(oa), normal.dot(self.direction));
-        let numerator_error = PLAIN_ERROR * normal_permanent.dot(oa.abs())
-            + PRODUCT_UNDERFLOW * (oa.abs().dot(Vec3::splat(1.0)) + 1.0);
-        let determinant_error =
-            PLAIN_ERROR * normal_permanent.dot(self.direction.abs()) + WEIGHT_UNDERFLOW;
-        let inverse = 1.0 / determinant;
-        let scaled_t = numerator * inverse;
-        // The error of the inverse is at most twice the determinant's, relatively.
-        let error = (numerator_error + 2.0 * scaled_t.abs() * determinant_error) * inverse.abs()
-            + PLAIN_ERROR * scaled_t.abs();
-        let is_bounded = determinant_error < MAX_DETERMINANT_ERROR * determinant.abs()
-            && QUOTIENT_RANGE.contains(&scaled_t.abs())
-            && determinant.abs() < QUOTIENT_RANGE.end;
-        if !is_bounded {
-            return Bounds::UNKNOWN;
-        }
-        let [low, high] = [scaled_t - error, scaled_t + error]
-            .map(|bound| scale_by_power_of_two(bound, self.t_exponent));
-        if low.is_normal() && high.is_normal() { Bounds { low, high } } else { Bounds::UNKNOWN }
     }
 
     /// The barycentrics by exact arithmetic: shares of the edge functions in their sum.
@@ -262,8 +267,9 @@ const WEIGHT_UNDERFLOW: f64 = f64::from_bits((1023 - 569) << 52);
 /// edges are rounded, and the point, and one more for the quotient.
 const CORRECTION_ERROR: f64 = 10.0 * UNIT_ROUNDOFF;
 
-/// Error of numerator and determinant of a plane's t, in terms of their permanents: as
-/// [`CORRECTION_ERROR`] with one more for the origin's difference, and the permanent's own.
+/// Error of numerator, determinant, and quotient in [`single_parameter`], in terms of the permanents:
+/// three differences, two products, three sums, the inverse and its product, ten roundings; and the
+/// permanents' own.
 const PLAIN_ERROR: f64 = 16.0 * UNIT_ROUNDOFF;
 
 /// Relative error of a determinant up to which twice that bounds the error of its inverse.

@@ -7,9 +7,9 @@ use rayon::prelude::*;
 use super::query::{AllContacts, AnyHit, ClosestHit, Query};
 use super::queue::{Batch, Cast};
 use crate::error::Result;
-use crate::geometry::{Hit, Ray, SingleHit, SingleRay};
+use crate::geometry::{Hit, Ray, SingleHit, SingleRay, Vec3};
 use crate::mesh::Mesh;
-use crate::numeric::PreparedRay;
+use crate::numeric::{PreparedRay, single_parameter};
 use crate::progress::{Observer, SharedProgress, Stage};
 use crate::simd::Level;
 use crate::tree::KdTree;
@@ -39,6 +39,12 @@ trait Question {
     type Answer: Copy + Send;
     const MISS: Self::Answer;
 
+    /// The answer if this face is known to be hit, and plain arithmetic is enough.
+    #[inline(always)]
+    fn plain_answer(_ray: &Ray, _face: u32, _corners: &[Vec3; 3]) -> Option<Self::Answer> {
+        None
+    }
+
     /// The answer of a walk that is over.
     fn answer(query: &mut Self::Query, ray: &PreparedRay) -> Self::Answer;
 }
@@ -62,6 +68,11 @@ impl Question for ClosestSingle {
     type Query = ClosestHit;
     type Answer = SingleHit;
     const MISS: SingleHit = SingleHit::MISS;
+
+    #[inline(always)]
+    fn plain_answer(ray: &Ray, face: u32, corners: &[Vec3; 3]) -> Option<SingleHit> {
+        single_parameter(ray, corners).map(|t| SingleHit { t, face })
+    }
 
     #[inline(always)]
     fn answer(query: &mut ClosestHit, ray: &PreparedRay) -> SingleHit {
@@ -99,6 +110,15 @@ impl<R: Copy + Into<Ray>, Q: Question> Batch for Rows<'_, R, Q> {
     #[inline(always)]
     fn ray(&self, number: usize) -> Ray {
         self.rays[number].into()
+    }
+
+    #[inline(always)]
+    fn finish_plainly(&mut self, number: usize, face: u32, corners: &[Vec3; 3]) -> bool {
+        let Some(answer) = Q::plain_answer(&self.rays[number].into(), face, corners) else {
+            return false;
+        };
+        self.answers[number] = answer;
+        true
     }
 
     #[inline(always)]

@@ -65,7 +65,7 @@ impl ClosestHit {
         if !self.is_hit() {
             return SingleHit::MISS;
         }
-        let Bounds { low, high } = ray.plane_bounds(&self.corners);
+        let Bounds { low, high } = self.nearest;
         let t = if low as f32 == high as f32 { low } else { ray.parameter(&self.corners) };
         // A zero below one half of the smallest denormal would keep its sign.
         SingleHit { t: t as f32 + 0.0, face: self.face }

@@ -41,6 +41,12 @@ pub trait Batch {
     /// A ray; those of one number are always the same.
     fn ray(&self, number: usize) -> Ray;
 
+    /// Takes the answer of a walk whose nearest hit is known to be that of `face`, if that needs no
+    /// more than plain arithmetic.
+    fn finish_plainly(&mut self, _number: usize, _face: u32, _corners: &[Vec3; 3]) -> bool {
+        false
+    }
+
     /// Takes the answer of a walk that met some triangle's line.
     fn finish(&mut self, number: usize, ray: &PreparedRay, query: &mut Self::Query);
 }
@@ -455,10 +461,17 @@ impl<B: Batch> Cast<'_, B> {
     #[inline(always)]
     fn finish(&mut self, walk: &Walk, decision: &mut Decision<B::Query>) {
         if B::Query::SHORTCUT == Shortcut::Nearest && walk.nearest != NO_FACE && !decision.is_told {
-            self.prepare(walk, decision);
             let block = &self.tree.leaves.blocks[walk.place.0 as usize];
             let lane = walk.place.1 as usize;
             let corners = self.tree.leaves.corners(self.mesh, &self.tree.frame, block, lane);
+            if self.batch.finish_plainly(walk.number, walk.nearest, &corners) {
+                if decision.is_prepared {
+                    decision.query.restart();
+                    decision.is_prepared = false;
+                }
+                return;
+            }
+            self.prepare(walk, decision);
             decision.query.settle(walk.nearest, corners);
         }
         if decision.is_prepared {
