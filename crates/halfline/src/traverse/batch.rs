@@ -4,8 +4,8 @@ use std::ops::Range;
 
 use rayon::prelude::*;
 
+use super::cast::{Batch, Cast};
 use super::query::{AllContacts, AnyHit, ClosestHit, Query};
-use super::queue::{Batch, Cast};
 use crate::error::Result;
 use crate::geometry::{Hit, Ray, SingleHit, SingleRay, Vec3};
 use crate::mesh::Mesh;

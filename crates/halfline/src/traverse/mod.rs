@@ -2,6 +2,8 @@
 
 mod around_point;
 mod batch;
+mod bundle;
+mod cast;
 mod caster;
 mod leaf_kernel;
 mod leaf_test;

@@ -18,38 +18,14 @@
 //! popped needs no test. Different from wavefront tracers (S. Laine, T. Karras, T. Aila, "Megakernels
 //! Considered Harmful", HPG 2013): the queues hold few enough rays to stay in the first caches.
 
-use super::leaf_kernel::test;
-use super::query::{Query, Search, Shortcut};
-use super::wide_ray::{Parameter, RayLanes, WideRay, WideRays, World};
-use crate::geometry::{NO_FACE, Ray, Vec3};
-use crate::mesh::Mesh;
-use crate::numeric::PreparedRay;
+use super::bundle::{Bundle, RAYS};
+use super::cast::{Batch, Cast, Decision, RayState};
+use super::wide_ray::World;
 use crate::simd::{Job, LANES, Simd};
 use crate::tree::{KdTree, LeafBlock, WideNode, Word};
 
 /// Rays under way at a time.
 const SLOTS: usize = 32;
-
-/// A batch: rays by number, and what is asked about each.
-pub trait Batch {
-    /// What is asked.
-    type Query: Query + Default;
-
-    /// How many rays there are.
-    fn count(&self) -> usize;
-
-    /// A ray; those of one number are always the same.
-    fn ray(&self, number: usize) -> Ray;
-
-    /// Takes the answer of a walk whose nearest hit is known to be that of `face`, if that needs no
-    /// more than plain arithmetic.
-    fn finish_plainly(&mut self, _number: usize, _face: u32, _corners: &[Vec3; 3]) -> bool {
-        false
-    }
-
-    /// Takes the answer of a walk that met some triangle's line.
-    fn finish(&mut self, number: usize, ray: &PreparedRay, query: &mut Self::Query);
-}
 
 /// All lanes, the first first, as [`Simd::push`] takes them.
 const IN_ORDER: u32 = 0o76_543_210;
@@ -112,43 +88,12 @@ impl Stack {
     }
 }
 
-/// A ray on its way.
-#[repr(align(64))]
+/// A ray and what waits for it.
 struct Walk {
-    wide: WideRay,
+    ray: RayState,
     /// What comes next.
     word: Word,
-    /// At a leaf, a bit for each triangle that the ray may hit.
-    candidates: u32,
-    /// A bit for each of those that it hits for certain.
-    certain: u32,
-    /// Where it hits them, at least and at most.
-    low: [f32; LANES],
-    high: [f32; LANES],
-    /// The nearest hit so far, where it is at least, and in which block and lane it was found. It is
-    /// at most at the limit.
-    nearest: u32,
-    nearest_low: f32,
-    place: (u32, u32),
-    number: usize,
     stack: Stack,
-    parameter: Parameter,
-}
-
-/// What only rays need that may hit.
-struct Decision<Q> {
-    is_prepared: bool,
-    /// True if the query knows the walk's nearest hit.
-    is_told: bool,
-    prepared: PreparedRay,
-    query: Q,
-}
-
-impl<Q: Query + Default> Decision<Q> {
-    fn new() -> Decision<Q> {
-        let (prepared, query) = (PreparedRay::default(), Q::default());
-        Decision { is_prepared: false, is_told: false, prepared, query }
-    }
 }
 
 /// Slots by number.
@@ -198,24 +143,17 @@ impl Queues {
     }
 }
 
-/// Rays that were prepared together and wait for slots.
-struct Waiting {
-    rays: WideRays,
+/// Rays that wait for slots.
+struct Waiting<Q> {
+    bundle: Bundle<Q>,
     /// A bit for each that waits.
     lanes: u32,
-    /// The number of the first of them, and of the first that is not prepared yet.
-    first: usize,
+    /// True for what is left of a bundle that was on its way.
+    is_under_way: bool,
+    /// The number of the first ray that was not looked at yet.
     next: usize,
-}
-
-/// A batch that is cast.
-pub struct Cast<'a, B> {
-    /// The scene's tree.
-    pub tree: &'a KdTree,
-    /// The scene's mesh.
-    pub mesh: &'a Mesh,
-    /// The batch.
-    pub batch: B,
+    /// Groups of rays that in turn were too different to go as a bundle.
+    failures: u32,
 }
 
 impl<B: Batch> Job for Cast<'_, B> {
@@ -223,35 +161,21 @@ impl<B: Batch> Job for Cast<'_, B> {
 
     #[inline(always)]
     fn run<S: Simd>(mut self, simd: S) -> B {
-        let (tree, root) = (self.tree, self.tree.wide.root);
+        let tree = self.tree;
         let world = World { frame: tree.frame, root: tree.root.bounds, reach: tree.reach };
         let memory = Memory::of(tree);
-        let mut waiting = Waiting { rays: WideRays::none(), lanes: 0, first: 0, next: 0 };
+        let bundle = Bundle::new(tree.wide.most_waiting);
+        let mut waiting = Waiting { bundle, lanes: 0, is_under_way: false, next: 0, failures: 0 };
 
-        // Give each slot a ray.
+        // Slots without a ray stand where those stand whose rays have come to an end.
         let mut queues = Queues { nodes: Queue::EMPTY, leaves: Queue::EMPTY, ends: Queue::EMPTY };
         let mut walks: Vec<Walk> = Vec::with_capacity(SLOTS);
         let mut decisions: Vec<Decision<B::Query>> = Vec::with_capacity(SLOTS);
-        while walks.len() < SLOTS
-            && let Some((number, wide, parameter)) = self.next_ray(simd, &world, &mut waiting)
-        {
-            queues.push(walks.len() as u8, root);
+        for slot in 0..SLOTS {
             let stack = Stack::new(tree.wide.most_waiting);
-            walks.push(Walk {
-                wide: *wide,
-                word: root,
-                candidates: 0,
-                certain: 0,
-                low: [0.0; LANES],
-                high: [0.0; LANES],
-                nearest: NO_FACE,
-                nearest_low: f32::INFINITY,
-                place: (0, 0),
-                number,
-                stack,
-                parameter,
-            });
+            walks.push(Walk { ray: RayState::none(), word: Word::END, stack });
             decisions.push(Decision::new());
+            queues.push(slot as u8, Word::END);
         }
 
         while !queues.are_empty() {
@@ -261,7 +185,7 @@ impl<B: Batch> Job for Cast<'_, B> {
                 let walk = &mut walks[usize::from(slot)];
                 let node = &tree.wide.nodes[walk.word.index()];
                 let (nears, words) = walk.stack.free();
-                walk.stack.waiting += walk.wide.push_children(simd, node, nears, words);
+                walk.stack.waiting += walk.ray.wide.push_children(simd, node, nears, words);
                 walk.word = walk.stack.pop();
                 memory.prefetch(simd, walk.word);
             }
@@ -274,12 +198,8 @@ impl<B: Batch> Job for Cast<'_, B> {
             let mut hits = Queue::EMPTY;
             for &slot in leaves.slots() {
                 let walk = &mut walks[usize::from(slot)];
-                let block = &tree.leaves.blocks[walk.word.index()];
-                let verdict = test(simd, &walk.wide, &block.corners);
-                simd.store(verdict.low, &mut walk.low);
-                simd.store(verdict.high, &mut walk.high);
-                (walk.candidates, walk.certain) = (verdict.candidates, verdict.certain);
-                let is_hit = walk.candidates != 0;
+                walk.ray.test(simd, &tree.leaves.blocks[walk.word.index()]);
+                let is_hit = walk.ray.candidates != 0;
                 hits.push_if(slot, is_hit);
                 walk.stack.waiting -= usize::from(!is_hit);
                 let next = Word(walk.stack.words[walk.stack.waiting]);
@@ -287,9 +207,17 @@ impl<B: Batch> Job for Cast<'_, B> {
                 memory.prefetch(simd, walk.word);
             }
             for &slot in hits.slots() {
-                let (walk, decision) =
-                    (&mut walks[usize::from(slot)], &mut decisions[usize::from(slot)]);
-                self.decide(simd, walk, decision);
+                let walk = &mut walks[usize::from(slot)];
+                let before = walk.ray.wide.limit;
+                let decision = &mut decisions[usize::from(slot)];
+                if self.decide(&mut walk.ray, decision, walk.word.index()) {
+                    walk.word = Word::END;
+                    continue;
+                }
+                if walk.ray.wide.limit < before {
+                    walk.stack.drop_beyond(simd, walk.ray.wide.limit);
+                }
+                walk.word = walk.stack.pop();
                 memory.prefetch(simd, walk.word);
             }
             for &slot in leaves.slots() {
@@ -301,14 +229,9 @@ impl<B: Batch> Job for Cast<'_, B> {
             for &slot in ends.slots() {
                 let (walk, decision) =
                     (&mut walks[usize::from(slot)], &mut decisions[usize::from(slot)]);
-                self.finish(walk, decision);
-                if let Some((number, wide, parameter)) = self.next_ray(simd, &world, &mut waiting) {
-                    walk.wide.copy_from(simd, wide);
-                    (walk.number, walk.parameter) = (number, parameter);
-                    walk.word = root;
-                    (walk.nearest, walk.nearest_low) = (NO_FACE, f32::INFINITY);
-                    walk.stack.waiting = 1;
-                    queues.push(slot, root);
+                self.finish(&walk.ray, decision);
+                if self.next_ray(simd, &world, memory, &mut waiting, walk, decision) {
+                    queues.push(slot, walk.word);
                 }
             }
         }
@@ -317,167 +240,73 @@ impl<B: Batch> Job for Cast<'_, B> {
 }
 
 impl<B: Batch> Cast<'_, B> {
-    /// The next ray that meets the root's box, and its number.
+    /// Gives a slot the next ray that meets the root's box; false if there is none.
     #[inline(always)]
-    fn next_ray<'w, S: Simd>(
+    fn next_ray<S: Simd>(
         &mut self,
         simd: S,
         world: &World,
-        waiting: &'w mut Waiting,
-    ) -> Option<(usize, &'w WideRay, Parameter)> {
+        memory: Memory,
+        waiting: &mut Waiting<B::Query>,
+        walk: &mut Walk,
+        decision: &mut Decision<B::Query>,
+    ) -> bool {
         while waiting.lanes == 0 {
             if waiting.next >= self.batch.count() {
-                return None;
+                return false;
             }
-            self.prepare_next(simd, world, waiting);
+            self.next_group(simd, world, memory, waiting);
         }
         let lane = waiting.lanes.trailing_zeros() as usize;
         waiting.lanes &= waiting.lanes - 1;
-        let (wide, parameter) = waiting.rays.lane(lane);
-        Some((waiting.first + lane, wide, parameter))
+        let bundle = &mut waiting.bundle;
+        if waiting.is_under_way {
+            std::mem::swap(&mut walk.ray, &mut bundle.rays[lane]);
+            std::mem::swap(decision, &mut bundle.decisions[lane]);
+            walk.stack.waiting =
+                1 + bundle.copy_waiting(&mut walk.stack.words[1..], &mut walk.stack.nears[1..]);
+            walk.word = walk.stack.pop();
+        } else {
+            let (wide, parameter) = bundle.groups[lane / LANES].lane(lane % LANES);
+            walk.ray.restart(simd, bundle.first + lane, wide, parameter);
+            walk.stack.waiting = 1;
+            walk.word = self.tree.wide.root;
+        }
+        true
     }
 
-    /// Prepares the next eight rays.
+    /// Prepares the next rays, and casts them as a bundle if they are alike.
     #[inline(always)]
-    fn prepare_next<S: Simd>(&mut self, simd: S, world: &World, waiting: &mut Waiting) {
-        waiting.first = waiting.next;
-        waiting.next = self.batch.count().min(waiting.first + LANES);
-        let mut lanes: RayLanes = [[0.0; LANES]; 8];
-        for number in waiting.first..waiting.next {
-            let (lane, ray) = (number - waiting.first, self.batch.ray(number));
-            for axis in 0..3 {
-                lanes[axis][lane] = ray.origin[axis];
-                lanes[3 + axis][lane] = ray.direction[axis];
-            }
-            (lanes[6][lane], lanes[7][lane]) = (ray.t_min, ray.t_max);
-        }
-        waiting.rays.set(simd, &lanes, world);
-        let in_use = (1 << (waiting.next - waiting.first)) - 1;
-        waiting.lanes = waiting.rays.met & in_use;
-        let mut single = waiting.rays.single & in_use;
-        while single != 0 {
-            let lane = single.trailing_zeros() as usize;
-            single &= single - 1;
-            if !waiting.rays.set_single(lane, &self.batch.ray(waiting.first + lane), world) {
-                waiting.lanes &= !(1 << lane);
-            }
-        }
-    }
-
-    /// Decides the candidates of the leaf that a ray has come to, and takes up what is next.
-    #[inline(always)]
-    fn decide<S: Simd>(&mut self, simd: S, walk: &mut Walk, decision: &mut Decision<B::Query>) {
-        let block = &self.tree.leaves.blocks[walk.word.index()];
-        let before = walk.wide.limit;
-        let mut open = walk.candidates;
-        match B::Query::SHORTCUT {
-            Shortcut::None => {}
-            Shortcut::Any => {
-                if walk.certain != 0 {
-                    decision.is_prepared = true;
-                    decision.query.settle(NO_FACE, [Vec3::ZERO; 3]);
-                    walk.word = Word::END;
-                    return;
-                }
-            }
-            Shortcut::Nearest => {
-                open = 0;
-                while walk.candidates != 0 {
-                    let lane = walk.candidates.trailing_zeros() as usize;
-                    walk.candidates &= walk.candidates - 1;
-                    let (face, low, high) = (block.faces[lane], walk.low[lane], walk.high[lane]);
-                    if face == walk.nearest || face == NO_FACE || low > walk.wide.limit {
-                        continue;
-                    }
-                    if walk.certain >> lane & 1 == 1 && high < walk.nearest_low {
-                        (walk.nearest, walk.nearest_low, walk.wide.limit) = (face, low, high);
-                        walk.place = (walk.word.index() as u32, lane as u32);
-                        decision.is_told = false;
-                    } else {
-                        open |= 1 << lane;
-                    }
-                }
-            }
-        }
-        if open != 0 {
-            self.decide_exactly(walk, decision, block, open);
-            if decision.query.is_done() {
-                walk.word = Word::END;
-                return;
-            }
-        }
-        if walk.wide.limit < before {
-            walk.stack.drop_beyond(simd, walk.wide.limit);
-        }
-        walk.word = walk.stack.pop();
-    }
-
-    /// Decides triangles of a block of which single precision is not certain.
-    #[inline(never)]
-    fn decide_exactly(
+    fn next_group<S: Simd>(
         &mut self,
-        walk: &mut Walk,
-        decision: &mut Decision<B::Query>,
-        block: &LeafBlock,
-        mut open: u32,
+        simd: S,
+        world: &World,
+        memory: Memory,
+        waiting: &mut Waiting<B::Query>,
     ) {
-        let tree = self.tree;
-        self.prepare(walk, decision);
-        let Decision { prepared, query, is_told, .. } = decision;
-        if walk.nearest != NO_FACE && !*is_told {
-            query.restart();
-            let (block, lane) = (&tree.leaves.blocks[walk.place.0 as usize], walk.place.1 as usize);
-            let corners = tree.leaves.corners(self.mesh, &tree.frame, block, lane);
-            prepared.meet_line_then(corners, walk.nearest, query);
-        }
-        *is_told = true;
-        while open != 0 {
-            let lane = open.trailing_zeros() as usize;
-            open &= open - 1;
-            if block.faces[lane] == NO_FACE {
-                continue;
-            }
-            let corners = tree.leaves.corners(self.mesh, &tree.frame, block, lane);
-            prepared.meet_line_then(corners, block.faces[lane], query);
-        }
-        if B::Query::SHORTCUT == Shortcut::Nearest {
-            let (face, bounds) = query.nearest();
-            if face != NO_FACE {
-                (walk.nearest, walk.nearest_low) = (face, walk.parameter.lower(bounds.low));
-                walk.wide.limit = walk.parameter.limit(bounds.high);
+        let bundle = &mut waiting.bundle;
+        let first = waiting.next;
+        waiting.next = self.batch.count().min(first + RAYS);
+        bundle.first = first;
+        waiting.lanes = 0;
+        waiting.is_under_way = false;
+        for half in 0..2 {
+            let begin = first + half * LANES;
+            let end = waiting.next.min(begin + LANES);
+            if begin < end {
+                waiting.lanes |=
+                    self.prepare_rays(simd, world, bundle, half, begin..end) << (half * LANES);
             }
         }
-    }
-
-    #[inline(always)]
-    fn prepare(&self, walk: &Walk, decision: &mut Decision<B::Query>) {
-        if !decision.is_prepared {
-            decision.prepared.set(&self.batch.ray(walk.number));
-            decision.is_prepared = true;
-        }
-    }
-
-    /// Takes the answer of a walk that is over.
-    #[inline(always)]
-    fn finish(&mut self, walk: &Walk, decision: &mut Decision<B::Query>) {
-        if B::Query::SHORTCUT == Shortcut::Nearest && walk.nearest != NO_FACE && !decision.is_told {
-            let block = &self.tree.leaves.blocks[walk.place.0 as usize];
-            let lane = walk.place.1 as usize;
-            let corners = self.tree.leaves.corners(self.mesh, &self.tree.frame, block, lane);
-            if self.batch.finish_plainly(walk.number, walk.nearest, &corners) {
-                if decision.is_prepared {
-                    decision.query.restart();
-                    decision.is_prepared = false;
-                }
-                return;
+        let is_tried = waiting.failures < 4 || (first / RAYS) % 8 == 0;
+        if is_tried && waiting.lanes == (1 << RAYS) - 1 && self.can_bundle() {
+            if bundle.is_coherent(simd, world) {
+                waiting.failures = 0;
+                waiting.lanes = self.cast_bundle(simd, memory, bundle);
+                waiting.is_under_way = true;
+            } else {
+                waiting.failures += 1;
             }
-            self.prepare(walk, decision);
-            decision.query.settle(walk.nearest, corners);
-        }
-        if decision.is_prepared {
-            self.batch.finish(walk.number, &decision.prepared, &mut decision.query);
-            decision.query.restart();
-            (decision.is_prepared, decision.is_told) = (false, false);
         }
     }
 }
@@ -488,7 +317,7 @@ const CACHED_BYTES: usize = 512 << 10;
 
 /// Where nodes and leaves lie.
 #[derive(Clone, Copy)]
-struct Memory {
+pub struct Memory {
     nodes: usize,
     /// False if all lies in the caches anyway.
     is_large: bool,
@@ -506,7 +335,7 @@ impl Memory {
 
     /// Asks for all cache lines of a node or leaf, without a branch on which it is.
     #[inline(always)]
-    fn prefetch<S: Simd>(&self, simd: S, word: Word) {
+    pub fn prefetch<S: Simd>(&self, simd: S, word: Word) {
         if !self.is_large {
             return;
         }

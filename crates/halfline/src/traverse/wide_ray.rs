@@ -116,6 +116,51 @@ pub struct WideRays {
     pub single: u32,
 }
 
+/// The fields of eight [`WideRay`]s, each for all of them.
+pub struct Columns([[f32; LANES]; FIELDS]);
+
+impl Columns {
+    /// The first of the near constants, and so on; inverse directions come first.
+    pub const NEAR: usize = 3;
+    /// Far constants.
+    pub const FAR: usize = 6;
+    const OCTANT: usize = 10;
+    const LAST: usize = 11;
+    /// Slopes of the projection.
+    pub const SLOPE: usize = 12;
+    /// And where the lines are in it.
+    pub const CENTER: usize = 14;
+
+    /// Before the first rays.
+    pub fn none() -> Columns {
+        Columns([[0.0; LANES]; FIELDS])
+    }
+
+    /// A field.
+    #[inline(always)]
+    pub fn load<S: Simd>(&self, simd: S, field: usize) -> S::Floats {
+        simd.load(&self.0[field])
+    }
+
+    /// A field of a ray.
+    #[inline(always)]
+    pub fn at(&self, field: usize, lane: usize) -> f32 {
+        self.0[field][lane]
+    }
+
+    /// The octant of a ray.
+    #[inline(always)]
+    pub fn octant(&self, lane: usize) -> u32 {
+        self.0[Columns::OCTANT][lane].to_bits()
+    }
+
+    /// The octant of a ray, and the axis that it follows most.
+    #[inline(always)]
+    pub fn kind(&self, lane: usize) -> [u32; 2] {
+        [self.octant(lane), self.0[Columns::LAST][lane].to_bits()]
+    }
+}
+
 /// What all rays of a scene have in common.
 #[derive(Clone, Copy)]
 pub struct World {
@@ -145,7 +190,7 @@ impl WideRays {
 
     /// Finds the parts of rays within the root's box.
     #[inline(always)]
-    pub fn set<S: Simd>(&mut self, simd: S, rays: &RayLanes, world: &World) {
+    pub fn set<S: Simd>(&mut self, simd: S, rays: &RayLanes, world: &World, columns: &mut Columns) {
         let wide = simd.doubles();
         let given = [wide.load(&rays[0]), wide.load(&rays[1]), wide.load(&rays[2])];
         let along = [wide.load(&rays[3]), wide.load(&rays[4]), wide.load(&rays[5])];
@@ -236,42 +281,47 @@ impl WideRays {
         let depth_inverse = longest.choose(simd, inverse[0], inverse[1], inverse[2]);
         let depth_base = longest.choose(simd, away[0], away[1], away[2]);
         let filter = leaf_filters(simd, &origin, &direction, reach.max(0.5));
-        let columns = simd.transposed([
-            simd.narrow(inverse[0]),
-            simd.narrow(inverse[1]),
-            simd.narrow(inverse[2]),
-            near[0],
-            near[1],
-            near[2],
-            far[0],
-            far[1],
-        ]);
         let [last, slope, slope_2, center, center_2, per_distance, at_least] = filter;
-        let more = simd.transposed([
-            far[2],
-            simd.narrow(end[1]),
-            simd.narrow(octant),
-            last,
-            slope,
-            slope_2,
-            center,
-            center_2,
-        ]);
-        let most = simd.transposed([
-            per_distance,
-            at_least,
-            simd.narrow(depth_inverse),
-            simd.narrow(wide.minus(zero, depth_base)),
-            simd.narrow(wide.times(error, wide.splat(DEPTH_ERROR))),
-            simd.narrow(begin[0]),
-            simd.narrow(begin[1]),
-            simd.narrow(end[0]),
-        ]);
-        for lane in 0..LANES {
-            let fields = self.rays[lane].fields_mut();
-            simd.store(columns[lane], &mut fields[0]);
-            simd.store(more[lane], &mut fields[1]);
-            simd.store(most[lane], &mut fields[2]);
+        let parts = [
+            [
+                simd.narrow(inverse[0]),
+                simd.narrow(inverse[1]),
+                simd.narrow(inverse[2]),
+                near[0],
+                near[1],
+                near[2],
+                far[0],
+                far[1],
+            ],
+            [
+                far[2],
+                simd.narrow(end[1]),
+                simd.narrow(octant),
+                last,
+                slope,
+                slope_2,
+                center,
+                center_2,
+            ],
+            [
+                per_distance,
+                at_least,
+                simd.narrow(depth_inverse),
+                simd.narrow(wide.minus(zero, depth_base)),
+                simd.narrow(wide.times(error, wide.splat(DEPTH_ERROR))),
+                simd.narrow(begin[0]),
+                simd.narrow(begin[1]),
+                simd.narrow(end[0]),
+            ],
+        ];
+        for part in 0..FIELDS / LANES {
+            for field in 0..LANES {
+                simd.store(parts[part][field], &mut columns.0[LANES * part + field]);
+            }
+            let rows = simd.transposed(parts[part]);
+            for lane in 0..LANES {
+                simd.store(rows[lane], &mut self.rays[lane].fields_mut()[part]);
+            }
         }
         wide.store(enter, &mut self.start);
         wide.store(factor, &mut self.factor);
@@ -326,6 +376,11 @@ impl Parameter {
 }
 
 impl WideRay {
+    /// Before the first ray.
+    pub fn none() -> WideRay {
+        WideRay::zeroed()
+    }
+
     /// The part of one ray within the root's box, as far as it matters.
     #[cold]
     pub fn new(ray: &Ray, world: &World) -> Option<(WideRay, Parameter)> {

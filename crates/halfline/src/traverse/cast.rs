@@ -1,0 +1,244 @@
+//! Rays that are cast, and the decision whether and where each of them hits a triangle.
+//!
+//! Single precision is certain of nearly every hit and miss (`leaf_kernel.rs`). What it leaves open is
+//! decided exactly: triangles whose edges the ray nearly touches, that begin or end its range, or that
+//! are as near as the nearest one so far.
+
+use super::leaf_kernel::test;
+use super::query::{Query, Search, Shortcut};
+use super::wide_ray::{Parameter, WideRay};
+use crate::geometry::{NO_FACE, Ray, Vec3};
+use crate::mesh::Mesh;
+use crate::numeric::PreparedRay;
+use crate::simd::{LANES, Simd};
+use crate::tree::{KdTree, LeafBlock};
+
+/// A batch: rays by number, and what is asked about each.
+pub trait Batch {
+    /// What is asked.
+    type Query: Query + Default;
+
+    /// How many rays there are.
+    fn count(&self) -> usize;
+
+    /// A ray; those of one number are always the same.
+    fn ray(&self, number: usize) -> Ray;
+
+    /// Takes the answer of a walk whose nearest hit is known to be that of `face`, if that needs no
+    /// more than plain arithmetic.
+    fn finish_plainly(&mut self, _number: usize, _face: u32, _corners: &[Vec3; 3]) -> bool {
+        false
+    }
+
+    /// Takes the answer of a walk that met some triangle's line.
+    fn finish(&mut self, number: usize, ray: &PreparedRay, query: &mut Self::Query);
+}
+
+/// A batch that is cast.
+pub struct Cast<'a, B> {
+    /// The scene's tree.
+    pub tree: &'a KdTree,
+    /// The scene's mesh.
+    pub mesh: &'a Mesh,
+    /// The batch.
+    pub batch: B,
+}
+
+/// A ray on its way, and what it found.
+#[derive(Clone, Copy)]
+#[repr(align(64))]
+pub struct RayState {
+    /// What boxes and leaves need of it.
+    pub wide: WideRay,
+    /// At a leaf, a bit for each triangle that the ray may hit.
+    pub candidates: u32,
+    /// A bit for each of those that it hits for certain.
+    certain: u32,
+    /// Where it hits them, at least and at most.
+    low: [f32; LANES],
+    high: [f32; LANES],
+    /// The nearest hit so far, where it is at least, and in which block and lane it was found. It is
+    /// at most at the limit.
+    nearest: u32,
+    nearest_low: f32,
+    place: (u32, u32),
+    /// Its number in the batch.
+    pub number: usize,
+    /// From t to the parameter of boxes and leaves.
+    pub parameter: Parameter,
+}
+
+impl RayState {
+    /// Before the first ray.
+    pub fn none() -> RayState {
+        RayState {
+            wide: WideRay::none(),
+            candidates: 0,
+            certain: 0,
+            low: [0.0; LANES],
+            high: [0.0; LANES],
+            nearest: NO_FACE,
+            nearest_low: f32::INFINITY,
+            place: (0, 0),
+            number: 0,
+            parameter: Parameter::NONE,
+        }
+    }
+
+    /// Begins with another ray.
+    #[inline(always)]
+    pub fn restart<S: Simd>(
+        &mut self,
+        simd: S,
+        number: usize,
+        wide: &WideRay,
+        parameter: Parameter,
+    ) {
+        self.wide.copy_from(simd, wide);
+        (self.number, self.parameter) = (number, parameter);
+        (self.nearest, self.nearest_low) = (NO_FACE, f32::INFINITY);
+    }
+
+    /// Holds the ray against the triangles of a leaf.
+    #[inline(always)]
+    pub fn test<S: Simd>(&mut self, simd: S, block: &LeafBlock) {
+        let verdict = test(simd, &self.wide, &block.corners);
+        simd.store(verdict.low, &mut self.low);
+        simd.store(verdict.high, &mut self.high);
+        (self.candidates, self.certain) = (verdict.candidates, verdict.certain);
+    }
+}
+
+/// What only rays need that may hit.
+pub struct Decision<Q> {
+    is_prepared: bool,
+    /// True if the query knows the walk's nearest hit.
+    is_told: bool,
+    prepared: PreparedRay,
+    query: Q,
+}
+
+impl<Q: Query + Default> Decision<Q> {
+    /// Before the first ray.
+    pub fn new() -> Decision<Q> {
+        let (prepared, query) = (PreparedRay::default(), Q::default());
+        Decision { is_prepared: false, is_told: false, prepared, query }
+    }
+}
+
+impl<B: Batch> Cast<'_, B> {
+    /// Decides the candidates of the leaf whose block has this index. Returns true if nothing more
+    /// can matter to the ray.
+    #[inline(always)]
+    pub fn decide(
+        &self,
+        ray: &mut RayState,
+        decision: &mut Decision<B::Query>,
+        index: usize,
+    ) -> bool {
+        let block = &self.tree.leaves.blocks[index];
+        let mut open = ray.candidates;
+        match B::Query::SHORTCUT {
+            Shortcut::None => {}
+            Shortcut::Any => {
+                if ray.certain != 0 {
+                    decision.is_prepared = true;
+                    decision.query.settle(NO_FACE, [Vec3::ZERO; 3]);
+                    return true;
+                }
+            }
+            Shortcut::Nearest => {
+                open = 0;
+                while ray.candidates != 0 {
+                    let lane = ray.candidates.trailing_zeros() as usize;
+                    ray.candidates &= ray.candidates - 1;
+                    let (face, low, high) = (block.faces[lane], ray.low[lane], ray.high[lane]);
+                    if face == ray.nearest || face == NO_FACE || low > ray.wide.limit {
+                        continue;
+                    }
+                    if ray.certain >> lane & 1 == 1 && high < ray.nearest_low {
+                        (ray.nearest, ray.nearest_low, ray.wide.limit) = (face, low, high);
+                        ray.place = (index as u32, lane as u32);
+                        decision.is_told = false;
+                    } else {
+                        open |= 1 << lane;
+                    }
+                }
+            }
+        }
+        if open == 0 {
+            return false;
+        }
+        self.decide_exactly(ray, decision, block, open);
+        decision.query.is_done()
+    }
+
+    /// Decides triangles of a block of which single precision is not certain.
+    #[inline(never)]
+    fn decide_exactly(
+        &self,
+        ray: &mut RayState,
+        decision: &mut Decision<B::Query>,
+        block: &LeafBlock,
+        mut open: u32,
+    ) {
+        let tree = self.tree;
+        self.prepare(ray, decision);
+        let Decision { prepared, query, is_told, .. } = decision;
+        if ray.nearest != NO_FACE && !*is_told {
+            query.restart();
+            let (block, lane) = (&tree.leaves.blocks[ray.place.0 as usize], ray.place.1 as usize);
+            let corners = tree.leaves.corners(self.mesh, &tree.frame, block, lane);
+            prepared.meet_line_then(corners, ray.nearest, query);
+        }
+        *is_told = true;
+        while open != 0 {
+            let lane = open.trailing_zeros() as usize;
+            open &= open - 1;
+            if block.faces[lane] == NO_FACE {
+                continue;
+            }
+            let corners = tree.leaves.corners(self.mesh, &tree.frame, block, lane);
+            prepared.meet_line_then(corners, block.faces[lane], query);
+        }
+        if B::Query::SHORTCUT == Shortcut::Nearest {
+            let (face, bounds) = query.nearest();
+            if face != NO_FACE {
+                (ray.nearest, ray.nearest_low) = (face, ray.parameter.lower(bounds.low));
+                ray.wide.limit = ray.parameter.limit(bounds.high);
+            }
+        }
+    }
+
+    #[inline(always)]
+    pub fn prepare(&self, ray: &RayState, decision: &mut Decision<B::Query>) {
+        if !decision.is_prepared {
+            decision.prepared.set(&self.batch.ray(ray.number));
+            decision.is_prepared = true;
+        }
+    }
+
+    /// Takes the answer of a ray whose walk is over.
+    #[inline(always)]
+    pub fn finish(&mut self, ray: &RayState, decision: &mut Decision<B::Query>) {
+        if B::Query::SHORTCUT == Shortcut::Nearest && ray.nearest != NO_FACE && !decision.is_told {
+            let block = &self.tree.leaves.blocks[ray.place.0 as usize];
+            let lane = ray.place.1 as usize;
+            let corners = self.tree.leaves.corners(self.mesh, &self.tree.frame, block, lane);
+            if self.batch.finish_plainly(ray.number, ray.nearest, &corners) {
+                if decision.is_prepared {
+                    decision.query.restart();
+                    decision.is_prepared = false;
+                }
+                return;
+            }
+            self.prepare(ray, decision);
+            decision.query.settle(ray.nearest, corners);
+        }
+        if decision.is_prepared {
+            self.batch.finish(ray.number, &decision.prepared, &mut decision.query);
+            decision.query.restart();
+            (decision.is_prepared, decision.is_told) = (false, false);
+        }
+    }
+}
