@@ -39,7 +39,7 @@ mod surface_point;
 
 pub use edge_function::Orientation;
 pub use frame::Frame;
-pub use hit_point::single_parameter;
+pub(crate) use hit_point::{LineLanes, single_parameters};
 pub use leaf_filter::{CornerLanes, LeafFilter};
 pub(crate) use leaf_filter::{Longest, Numbers, UNITS, leaf_filters};
 pub use ray_triangle::{Bounds, Contact, Meeting, PreparedRay, TakeMeeting, Touched};

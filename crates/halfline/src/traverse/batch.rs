@@ -7,9 +7,9 @@ use rayon::prelude::*;
 use super::cast::{Batch, Cast};
 use super::query::{AllContacts, AnyHit, ClosestHit, Query};
 use crate::error::Result;
-use crate::geometry::{Hit, Ray, SingleHit, SingleRay, Vec3};
+use crate::geometry::{Hit, Ray, SingleHit, SingleRay};
 use crate::mesh::Mesh;
-use crate::numeric::{PreparedRay, single_parameter};
+use crate::numeric::PreparedRay;
 use crate::progress::{Observer, SharedProgress, Stage};
 use crate::simd::Level;
 use crate::tree::KdTree;
@@ -39,10 +39,13 @@ trait Question {
     type Answer: Copy + Send;
     const MISS: Self::Answer;
 
-    /// The answer if this face is known to be hit, and plain arithmetic is enough.
+    /// Whether t in single precision is enough for an answer.
+    const IS_SINGLE: bool = false;
+
+    /// That answer.
     #[inline(always)]
-    fn plain_answer(_ray: &Ray, _face: u32, _corners: &[Vec3; 3]) -> Option<Self::Answer> {
-        None
+    fn single_answer(_t: f32, _face: u32) -> Self::Answer {
+        Self::MISS
     }
 
     /// The answer of a walk that is over.
@@ -69,9 +72,11 @@ impl Question for ClosestSingle {
     type Answer = SingleHit;
     const MISS: SingleHit = SingleHit::MISS;
 
+    const IS_SINGLE: bool = true;
+
     #[inline(always)]
-    fn plain_answer(ray: &Ray, face: u32, corners: &[Vec3; 3]) -> Option<SingleHit> {
-        single_parameter(ray, corners).map(|t| SingleHit { t, face })
+    fn single_answer(t: f32, face: u32) -> SingleHit {
+        SingleHit { t, face }
     }
 
     #[inline(always)]
@@ -101,6 +106,7 @@ struct Rows<'a, R, Q: Question> {
 
 impl<R: Copy + Into<Ray>, Q: Question> Batch for Rows<'_, R, Q> {
     type Query = Q::Query;
+    const IS_SINGLE: bool = Q::IS_SINGLE;
 
     #[inline(always)]
     fn count(&self) -> usize {
@@ -113,12 +119,8 @@ impl<R: Copy + Into<Ray>, Q: Question> Batch for Rows<'_, R, Q> {
     }
 
     #[inline(always)]
-    fn finish_plainly(&mut self, number: usize, face: u32, corners: &[Vec3; 3]) -> bool {
-        let Some(answer) = Q::plain_answer(&self.rays[number].into(), face, corners) else {
-            return false;
-        };
-        self.answers[number] = answer;
-        true
+    fn finish_single(&mut self, number: usize, t: f32, face: u32) {
+        self.answers[number] = Q::single_answer(t, face);
     }
 
     #[inline(always)]
@@ -189,6 +191,7 @@ struct AllRows<'a, R> {
 
 impl<R: Copy + Into<Ray>> Batch for AllRows<'_, R> {
     type Query = AllContacts;
+    const IS_SINGLE: bool = false;
 
     #[inline(always)]
     fn count(&self) -> usize {

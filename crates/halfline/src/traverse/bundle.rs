@@ -12,7 +12,7 @@
 
 use std::ops::Range;
 
-use super::cast::{Batch, Cast, Decision, RayState};
+use super::cast::{Batch, Cast, Decision, Ended, RayState};
 use super::query::{Query, Shortcut};
 use super::queue::Memory;
 use super::wide_ray::{Columns, RayLanes, WideRays, World};
@@ -274,6 +274,7 @@ impl<B: Batch> Cast<'_, B> {
         simd: S,
         memory: Memory,
         bundle: &mut Bundle<B::Query>,
+        ended: &mut Ended,
     ) -> u32 {
         let tree = self.tree;
         for lane in 0..RAYS {
@@ -339,7 +340,7 @@ impl<B: Batch> Cast<'_, B> {
         }
         for lane in 0..RAYS {
             if alive >> lane & 1 == 0 {
-                self.finish(&bundle.rays[lane], &mut bundle.decisions[lane]);
+                self.finish(simd, &bundle.rays[lane], &mut bundle.decisions[lane], ended);
             }
         }
         alive

@@ -9,7 +9,7 @@ use super::query::{Query, Search, Shortcut};
 use super::wide_ray::{Parameter, WideRay};
 use crate::geometry::{NO_FACE, Ray, Vec3};
 use crate::mesh::Mesh;
-use crate::numeric::PreparedRay;
+use crate::numeric::{LineLanes, PreparedRay, single_parameters};
 use crate::simd::{LANES, Simd};
 use crate::tree::{KdTree, LeafBlock};
 
@@ -24,11 +24,11 @@ pub trait Batch {
     /// A ray; those of one number are always the same.
     fn ray(&self, number: usize) -> Ray;
 
-    /// Takes the answer of a walk whose nearest hit is known to be that of `face`, if that needs no
-    /// more than plain arithmetic.
-    fn finish_plainly(&mut self, _number: usize, _face: u32, _corners: &[Vec3; 3]) -> bool {
-        false
-    }
+    /// Whether t in single precision is enough for an answer.
+    const IS_SINGLE: bool;
+
+    /// Takes such an answer.
+    fn finish_single(&mut self, _number: usize, _t: f32, _face: u32) {}
 
     /// Takes the answer of a walk that met some triangle's line.
     fn finish(&mut self, number: usize, ray: &PreparedRay, query: &mut Self::Query);
@@ -126,6 +126,17 @@ impl<Q: Query + Default> Decision<Q> {
     }
 }
 
+impl<Q: Query> Decision<Q> {
+    /// Forgets the last ray.
+    #[inline(always)]
+    fn restart(&mut self) {
+        if self.is_prepared {
+            self.query.restart();
+            (self.is_prepared, self.is_told) = (false, false);
+        }
+    }
+}
+
 impl<B: Batch> Cast<'_, B> {
     /// Decides the candidates of the leaf whose block has this index. Returns true if nothing more
     /// can matter to the ray.
@@ -220,25 +231,89 @@ impl<B: Batch> Cast<'_, B> {
 
     /// Takes the answer of a ray whose walk is over.
     #[inline(always)]
-    pub fn finish(&mut self, ray: &RayState, decision: &mut Decision<B::Query>) {
-        if B::Query::SHORTCUT == Shortcut::Nearest && ray.nearest != NO_FACE && !decision.is_told {
-            let block = &self.tree.leaves.blocks[ray.place.0 as usize];
-            let lane = ray.place.1 as usize;
-            let corners = self.tree.leaves.corners(self.mesh, &self.tree.frame, block, lane);
-            if self.batch.finish_plainly(ray.number, ray.nearest, &corners) {
-                if decision.is_prepared {
-                    decision.query.restart();
-                    decision.is_prepared = false;
+    pub fn finish<S: Simd>(
+        &mut self,
+        simd: S,
+        ray: &RayState,
+        decision: &mut Decision<B::Query>,
+        ended: &mut Ended,
+    ) {
+        let is_known =
+            B::Query::SHORTCUT == Shortcut::Nearest && ray.nearest != NO_FACE && !decision.is_told;
+        if is_known {
+            if B::IS_SINGLE {
+                ended.hits[ended.count % LANES] = (ray.number, ray.nearest, ray.place);
+                ended.count += 1;
+                if ended.count == LANES {
+                    self.finish_ended(simd, ended);
                 }
+                decision.restart();
                 return;
             }
             self.prepare(ray, decision);
-            decision.query.settle(ray.nearest, corners);
+            decision.query.settle(ray.nearest, self.corners_at(ray.place));
         }
         if decision.is_prepared {
             self.batch.finish(ray.number, &decision.prepared, &mut decision.query);
-            decision.query.restart();
-            (decision.is_prepared, decision.is_told) = (false, false);
+            decision.restart();
         }
+    }
+
+    #[inline(always)]
+    fn corners_at(&self, (index, lane): (u32, u32)) -> [Vec3; 3] {
+        let block = &self.tree.leaves.blocks[index as usize];
+        self.tree.leaves.corners(self.mesh, &self.tree.frame, block, lane as usize)
+    }
+
+    /// Takes the answers of rays that wait for the end of others.
+    #[inline(always)]
+    pub fn finish_ended<S: Simd>(&mut self, simd: S, ended: &mut Ended) {
+        let count = ended.count.min(LANES);
+        for lane in 0..count {
+            let (number, _, place) = ended.hits[lane];
+            let ray = self.batch.ray(number);
+            let [a, b, c] = self.corners_at(place);
+            for axis in 0..3 {
+                ended.lanes[0][axis][lane] = ray.origin[axis];
+                ended.lanes[1][axis][lane] = ray.direction[axis];
+                ended.lanes[2][axis][lane] = a[axis];
+                ended.lanes[3][axis][lane] = b[axis];
+                ended.lanes[4][axis][lane] = c[axis];
+            }
+        }
+        let (t, certain) = single_parameters(simd, &ended.lanes);
+        for lane in 0..count {
+            let (number, face, place) = ended.hits[lane];
+            if certain >> lane & 1 == 1 {
+                self.batch.finish_single(number, t[lane], face);
+            } else {
+                self.finish_closely(number, face, place);
+            }
+        }
+        ended.count = 0;
+    }
+
+    #[cold]
+    #[inline(never)]
+    fn finish_closely(&mut self, number: usize, face: u32, place: (u32, u32)) {
+        let mut decision = Decision::<B::Query>::new();
+        decision.prepared.set(&self.batch.ray(number));
+        decision.query.settle(face, self.corners_at(place));
+        self.batch.finish(number, &decision.prepared, &mut decision.query);
+    }
+}
+
+/// Rays that came to an end with hits that are known, but for t.
+pub struct Ended {
+    /// Number, face and place.
+    hits: [(usize, u32, (u32, u32)); LANES],
+    count: usize,
+    lanes: LineLanes,
+}
+
+impl Ended {
+    /// None yet.
+    pub fn none() -> Ended {
+        Ended { hits: [(0, NO_FACE, (0, 0)); LANES], count: 0, lanes: [[[0.0; LANES]; 3]; 5] }
     }
 }

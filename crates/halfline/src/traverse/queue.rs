@@ -19,7 +19,7 @@
 //! Considered Harmful", HPG 2013): the queues hold few enough rays to stay in the first caches.
 
 use super::bundle::{Bundle, RAYS};
-use super::cast::{Batch, Cast, Decision, RayState};
+use super::cast::{Batch, Cast, Decision, Ended, RayState};
 use super::wide_ray::World;
 use crate::simd::{Job, LANES, Simd};
 use crate::tree::{KdTree, LeafBlock, WideNode, Word};
@@ -154,6 +154,8 @@ struct Waiting<Q> {
     next: usize,
     /// Groups of rays that in turn were too different to go as a bundle.
     failures: u32,
+    /// Rays that wait for their last answers.
+    ended: Ended,
 }
 
 impl<B: Batch> Job for Cast<'_, B> {
@@ -165,7 +167,14 @@ impl<B: Batch> Job for Cast<'_, B> {
         let world = World { frame: tree.frame, root: tree.root.bounds, reach: tree.reach };
         let memory = Memory::of(tree);
         let bundle = Bundle::new(tree.wide.most_waiting);
-        let mut waiting = Waiting { bundle, lanes: 0, is_under_way: false, next: 0, failures: 0 };
+        let mut waiting = Waiting {
+            bundle,
+            lanes: 0,
+            is_under_way: false,
+            next: 0,
+            failures: 0,
+            ended: Ended::none(),
+        };
 
         // Slots without a ray stand where those stand whose rays have come to an end.
         let mut queues = Queues { nodes: Queue::EMPTY, leaves: Queue::EMPTY, ends: Queue::EMPTY };
@@ -229,12 +238,13 @@ impl<B: Batch> Job for Cast<'_, B> {
             for &slot in ends.slots() {
                 let (walk, decision) =
                     (&mut walks[usize::from(slot)], &mut decisions[usize::from(slot)]);
-                self.finish(&walk.ray, decision);
+                self.finish(simd, &walk.ray, decision, &mut waiting.ended);
                 if self.next_ray(simd, &world, memory, &mut waiting, walk, decision) {
                     queues.push(slot, walk.word);
                 }
             }
         }
+        self.finish_ended(simd, &mut waiting.ended);
         self.batch
     }
 }
@@ -302,7 +312,7 @@ impl<B: Batch> Cast<'_, B> {
         if is_tried && waiting.lanes == (1 << RAYS) - 1 && self.can_bundle() {
             if bundle.is_coherent(simd, world) {
                 waiting.failures = 0;
-                waiting.lanes = self.cast_bundle(simd, memory, bundle);
+                waiting.lanes = self.cast_bundle(simd, memory, bundle, &mut waiting.ended);
                 waiting.is_under_way = true;
             } else {
                 waiting.failures += 1;
