@@ -96,50 +96,36 @@ struct Walk {
     stack: Stack,
 }
 
-/// Slots by number.
-struct Queue {
-    slots: [u8; SLOTS + 1],
-    length: usize,
-}
-
-impl Queue {
-    const EMPTY: Queue = Queue { slots: [0; SLOTS + 1], length: 0 };
-
-    /// Writes always and keeps it if told so: no branch depends on the ray.
-    #[inline(always)]
-    fn push_if(&mut self, slot: u8, is_kept: bool) {
-        self.slots[self.length.min(SLOTS)] = slot;
-        self.length += usize::from(is_kept);
-    }
-
-    #[inline(always)]
-    fn slots(&self) -> &[u8] {
-        &self.slots[..self.length.min(SLOTS)]
-    }
-
-    #[inline(always)]
-    fn take(&mut self) -> Queue {
-        std::mem::replace(self, Queue::EMPTY)
-    }
-}
-
-/// Rays by what they wait for.
+/// Slots by what their rays wait for: the kind of the [`Word`] that is next.
 struct Queues {
-    nodes: Queue,
-    leaves: Queue,
-    ends: Queue,
+    slots: [[u8; ROOM]; 4],
+    lengths: [usize; 4],
 }
+
+/// Room in a queue, a power of two, so that no index can be out of bounds.
+const ROOM: usize = 2 * SLOTS;
 
 impl Queues {
+    const EMPTY: Queues = Queues { slots: [[0; ROOM]; 4], lengths: [0; 4] };
+
+    /// No branch depends on the ray.
     #[inline(always)]
     fn push(&mut self, slot: u8, word: Word) {
-        self.nodes.push_if(slot, word.is_inner());
-        self.leaves.push_if(slot, word.is_leaf());
-        self.ends.push_if(slot, word == Word::END);
+        let kind = word.kind();
+        let length = &mut self.lengths[kind];
+        self.slots[kind][*length % ROOM] = slot;
+        *length += 1;
     }
 
+    /// The slots of a kind.
+    #[inline(always)]
+    fn of(&self, kind: usize) -> &[u8] {
+        &self.slots[kind][..self.lengths[kind].min(ROOM)]
+    }
+
+    #[inline(always)]
     fn are_empty(&self) -> bool {
-        self.nodes.length + self.leaves.length + self.ends.length == 0
+        self.lengths == [0; 4]
     }
 }
 
@@ -177,20 +163,21 @@ impl<B: Batch> Job for Cast<'_, B> {
         };
 
         // Slots without a ray stand where those stand whose rays have come to an end.
-        let mut queues = Queues { nodes: Queue::EMPTY, leaves: Queue::EMPTY, ends: Queue::EMPTY };
         let mut walks: Vec<Walk> = Vec::with_capacity(SLOTS);
         let mut decisions: Vec<Decision<B::Query>> = Vec::with_capacity(SLOTS);
+        let (mut now, mut next) =
+            (&mut Queues { ..Queues::EMPTY }, &mut Queues { ..Queues::EMPTY });
         for slot in 0..SLOTS {
             let stack = Stack::new(tree.wide.most_waiting);
             walks.push(Walk { ray: RayState::none(), word: Word::END, stack });
             decisions.push(Decision::new());
-            queues.push(slot as u8, Word::END);
+            now.push(slot as u8, Word::END);
         }
+        let mut hits = [0; ROOM];
 
-        while !queues.are_empty() {
+        while !now.are_empty() {
             // Let every ray at a node take a step.
-            let nodes = queues.nodes.take();
-            for &slot in nodes.slots() {
+            for &slot in now.of(Word::INNER) {
                 let walk = &mut walks[usize::from(slot)];
                 let node = &tree.wide.nodes[walk.word.index()];
                 let (nears, words) = walk.stack.free();
@@ -198,51 +185,52 @@ impl<B: Batch> Job for Cast<'_, B> {
                 walk.word = walk.stack.pop();
                 memory.prefetch(simd, walk.word);
             }
-            for &slot in nodes.slots() {
-                queues.push(slot, walks[usize::from(slot)].word);
+            for &slot in now.of(Word::INNER) {
+                next.push(slot, walks[usize::from(slot)].word);
             }
 
             // And every ray at a leaf: most have no candidates there, and take up what is next.
-            let leaves = queues.leaves.take();
-            let mut hits = Queue::EMPTY;
-            for &slot in leaves.slots() {
+            let mut count = 0;
+            for &slot in now.of(Word::LEAF) {
                 let walk = &mut walks[usize::from(slot)];
                 walk.ray.test(simd, &tree.leaves.blocks[walk.word.index()]);
                 let is_hit = walk.ray.candidates != 0;
-                hits.push_if(slot, is_hit);
+                hits[count % ROOM] = slot;
+                count += usize::from(is_hit);
                 walk.stack.waiting -= usize::from(!is_hit);
-                let next = Word(walk.stack.words[walk.stack.waiting]);
-                walk.word = if is_hit { walk.word } else { next };
+                let word = Word(walk.stack.words[walk.stack.waiting]);
+                walk.word = if is_hit { walk.word } else { word };
                 memory.prefetch(simd, walk.word);
             }
-            for &slot in hits.slots() {
+            for &slot in &hits[..count.min(ROOM)] {
                 let walk = &mut walks[usize::from(slot)];
                 let before = walk.ray.wide.limit;
                 let decision = &mut decisions[usize::from(slot)];
                 if self.decide(&mut walk.ray, decision, walk.word.index()) {
                     walk.word = Word::END;
-                    continue;
+                } else {
+                    if walk.ray.wide.limit < before {
+                        walk.stack.drop_beyond(simd, walk.ray.wide.limit);
+                    }
+                    walk.word = walk.stack.pop();
+                    memory.prefetch(simd, walk.word);
                 }
-                if walk.ray.wide.limit < before {
-                    walk.stack.drop_beyond(simd, walk.ray.wide.limit);
-                }
-                walk.word = walk.stack.pop();
-                memory.prefetch(simd, walk.word);
             }
-            for &slot in leaves.slots() {
-                queues.push(slot, walks[usize::from(slot)].word);
+            for &slot in now.of(Word::LEAF) {
+                next.push(slot, walks[usize::from(slot)].word);
             }
 
             // Take the answers of those that came to an end, and let others begin.
-            let ends = queues.ends.take();
-            for &slot in ends.slots() {
+            for &slot in now.of(Word::ENDED) {
                 let (walk, decision) =
                     (&mut walks[usize::from(slot)], &mut decisions[usize::from(slot)]);
                 self.finish(simd, &walk.ray, decision, &mut waiting.ended);
                 if self.next_ray(simd, &world, memory, &mut waiting, walk, decision) {
-                    queues.push(slot, walk.word);
+                    next.push(slot, walk.word);
                 }
             }
+            now.lengths = [0; 4];
+            std::mem::swap(&mut now, &mut next);
         }
         self.finish_ended(simd, &mut waiting.ended);
         self.batch

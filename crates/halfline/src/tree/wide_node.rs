@@ -14,7 +14,20 @@ const KIND_SHIFT: u32 = 30;
 
 impl Word {
     /// No child: its box is empty, so it is never met; on a stack the end of the walk.
-    pub const END: Word = Word(2 << KIND_SHIFT);
+    pub const END: Word = Word((Word::ENDED as u32) << KIND_SHIFT);
+
+    /// The kind of an inner node.
+    pub const INNER: usize = 0;
+    /// That of a leaf.
+    pub const LEAF: usize = 1;
+    /// And that of the end.
+    pub const ENDED: usize = 2;
+
+    /// One of the kinds above, or 3.
+    #[inline(always)]
+    pub fn kind(self) -> usize {
+        (self.0 >> KIND_SHIFT) as usize
+    }
 
     /// The wide node of this index.
     pub fn inner(index: usize) -> Word {
@@ -25,19 +38,19 @@ impl Word {
     /// The leaf whose block has this index.
     pub fn leaf(index: u32) -> Word {
         assert!(index >> KIND_SHIFT == 0, "the builder refuses meshes of more than 2^29 triangles");
-        Word(1 << KIND_SHIFT | index)
+        Word((Word::LEAF as u32) << KIND_SHIFT | index)
     }
 
     /// True for an inner node.
     #[inline(always)]
     pub fn is_inner(self) -> bool {
-        self.0 >> KIND_SHIFT == 0
+        self.kind() == Word::INNER
     }
 
     /// True for a leaf.
     #[inline(always)]
     pub fn is_leaf(self) -> bool {
-        self.0 >> KIND_SHIFT == 1
+        self.kind() == Word::LEAF
     }
 
     /// The index of a node or block.
