@@ -12,7 +12,7 @@
 
 use std::ops::Range;
 
-use super::cast::{Batch, Cast, Decision, Ended, RayState};
+use super::cast::{Batch, Candidates, Cast, Decision, Ended, RayState};
 use super::query::{Query, Shortcut};
 use super::queue::Memory;
 use super::wide_ray::{Columns, RayLanes, WideRays, World};
@@ -319,16 +319,17 @@ impl<B: Batch> Cast<'_, B> {
                     continue 'steps;
                 }
                 let block = &tree.leaves.blocks[word.index()];
-                let mut rest = met;
+                let (mut rest, mut candidates) = (met, Candidates::default());
                 while rest != 0 {
                     let lane = rest.trailing_zeros() as usize & (RAYS - 1);
                     rest &= rest - 1;
                     let ray = &mut bundle.rays[lane];
-                    ray.test(simd, block);
-                    if ray.candidates == 0 {
+                    candidates.find(simd, ray, block);
+                    if candidates.open == 0 {
                         continue;
                     }
-                    let is_done = self.decide(ray, &mut bundle.decisions[lane], word.index());
+                    let is_done =
+                        self.decide(ray, &mut bundle.decisions[lane], &candidates, word.index());
                     let limit = if is_done { -1.0 } else { ray.wide.limit };
                     bundle.limits[lane / LANES][lane % LANES] = limit;
                     alive &= !(u32::from(is_done) << lane);

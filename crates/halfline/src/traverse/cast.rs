@@ -50,13 +50,6 @@ pub struct Cast<'a, B> {
 pub struct RayState {
     /// What boxes and leaves need of it.
     pub wide: WideRay,
-    /// At a leaf, a bit for each triangle that the ray may hit.
-    pub candidates: u32,
-    /// A bit for each of those that it hits for certain.
-    certain: u32,
-    /// Where it hits them, at least and at most.
-    low: [f32; LANES],
-    high: [f32; LANES],
     /// The nearest hit so far, where it is at least, and in which block and lane it was found. It is
     /// at most at the limit.
     nearest: u32,
@@ -73,10 +66,6 @@ impl RayState {
     pub fn none() -> RayState {
         RayState {
             wide: WideRay::none(),
-            candidates: 0,
-            certain: 0,
-            low: [0.0; LANES],
-            high: [0.0; LANES],
             nearest: NO_FACE,
             nearest_low: f32::INFINITY,
             place: (0, 0),
@@ -98,14 +87,29 @@ impl RayState {
         (self.number, self.parameter) = (number, parameter);
         (self.nearest, self.nearest_low) = (NO_FACE, f32::INFINITY);
     }
+}
 
-    /// Holds the ray against the triangles of a leaf.
+/// What is known about the triangles of a leaf.
+#[derive(Clone, Copy, Default)]
+#[repr(C, align(32))]
+pub struct Candidates {
+    /// Where the ray hits them, at least and at most.
+    low: [f32; LANES],
+    high: [f32; LANES],
+    /// A bit for each triangle that the ray may hit.
+    pub open: u32,
+    /// A bit for each of those that it hits for certain.
+    certain: u32,
+}
+
+impl Candidates {
+    /// Holds a ray against the triangles of a leaf.
     #[inline(always)]
-    pub fn test<S: Simd>(&mut self, simd: S, block: &LeafBlock) {
-        let verdict = test(simd, &self.wide, &block.corners);
+    pub fn find<S: Simd>(&mut self, simd: S, ray: &RayState, block: &LeafBlock) {
+        let verdict = test(simd, &ray.wide, &block.corners);
         simd.store(verdict.low, &mut self.low);
         simd.store(verdict.high, &mut self.high);
-        (self.candidates, self.certain) = (verdict.candidates, verdict.certain);
+        (self.open, self.certain) = (verdict.candidates, verdict.certain);
     }
 }
 
@@ -145,29 +149,31 @@ impl<B: Batch> Cast<'_, B> {
         &self,
         ray: &mut RayState,
         decision: &mut Decision<B::Query>,
+        candidates: &Candidates,
         index: usize,
     ) -> bool {
         let block = &self.tree.leaves.blocks[index];
-        let mut open = ray.candidates;
+        let Candidates { low, high, open, certain } = candidates;
+        let mut open = *open;
         match B::Query::SHORTCUT {
             Shortcut::None => {}
             Shortcut::Any => {
-                if ray.certain != 0 {
+                if *certain != 0 {
                     decision.is_prepared = true;
                     decision.query.settle(NO_FACE, [Vec3::ZERO; 3]);
                     return true;
                 }
             }
             Shortcut::Nearest => {
-                open = 0;
-                while ray.candidates != 0 {
-                    let lane = ray.candidates.trailing_zeros() as usize;
-                    ray.candidates &= ray.candidates - 1;
-                    let (face, low, high) = (block.faces[lane], ray.low[lane], ray.high[lane]);
+                let mut rest = std::mem::take(&mut open);
+                while rest != 0 {
+                    let lane = rest.trailing_zeros() as usize % LANES;
+                    rest &= rest - 1;
+                    let (face, low, high) = (block.faces[lane], low[lane], high[lane]);
                     if face == ray.nearest || face == NO_FACE || low > ray.wide.limit {
                         continue;
                     }
-                    if ray.certain >> lane & 1 == 1 && high < ray.nearest_low {
+                    if certain >> lane & 1 == 1 && high < ray.nearest_low {
                         (ray.nearest, ray.nearest_low, ray.wide.limit) = (face, low, high);
                         ray.place = (index as u32, lane as u32);
                         decision.is_told = false;

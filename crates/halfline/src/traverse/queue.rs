@@ -19,7 +19,7 @@
 //! Considered Harmful", HPG 2013): the queues hold few enough rays to stay in the first caches.
 
 use super::bundle::{Bundle, RAYS};
-use super::cast::{Batch, Cast, Decision, Ended, RayState};
+use super::cast::{Batch, Candidates, Cast, Decision, Ended, RayState};
 use super::wide_ray::World;
 use crate::simd::{Job, LANES, Simd};
 use crate::tree::{KdTree, LeafBlock, WideNode, Word};
@@ -173,7 +173,7 @@ impl<B: Batch> Job for Cast<'_, B> {
             decisions.push(Decision::new());
             now.push(slot as u8, Word::END);
         }
-        let mut hits = [0; ROOM];
+        let mut hits = [(0, Candidates::default()); ROOM];
 
         while !now.are_empty() {
             // Let every ray at a node take a step.
@@ -193,20 +193,22 @@ impl<B: Batch> Job for Cast<'_, B> {
             let mut count = 0;
             for &slot in now.of(Word::LEAF) {
                 let walk = &mut walks[usize::from(slot)];
-                walk.ray.test(simd, &tree.leaves.blocks[walk.word.index()]);
-                let is_hit = walk.ray.candidates != 0;
-                hits[count % ROOM] = slot;
+                let (hit, candidates) = &mut hits[count % ROOM];
+                candidates.find(simd, &walk.ray, &tree.leaves.blocks[walk.word.index()]);
+                *hit = slot;
+                let is_hit = candidates.open != 0;
                 count += usize::from(is_hit);
                 walk.stack.waiting -= usize::from(!is_hit);
                 let word = Word(walk.stack.words[walk.stack.waiting]);
                 walk.word = if is_hit { walk.word } else { word };
                 memory.prefetch(simd, walk.word);
             }
-            for &slot in &hits[..count.min(ROOM)] {
+            for (slot, candidates) in &hits[..count.min(ROOM)] {
+                let slot = *slot;
                 let walk = &mut walks[usize::from(slot)];
                 let before = walk.ray.wide.limit;
                 let decision = &mut decisions[usize::from(slot)];
-                if self.decide(&mut walk.ray, decision, walk.word.index()) {
+                if self.decide(&mut walk.ray, decision, candidates, walk.word.index()) {
                     walk.word = Word::END;
                 } else {
                     if walk.ray.wide.limit < before {
