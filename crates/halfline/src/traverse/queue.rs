@@ -339,11 +339,13 @@ impl Memory {
         if !self.is_large {
             return;
         }
-        const LINES: usize = size_of::<LeafBlock>() / 64;
+        const LINES: usize = size_of::<WideNode>() / 64;
         let is_leaf = usize::from(word.is_leaf());
-        let size =
-            size_of::<WideNode>() + is_leaf * (size_of::<LeafBlock>() - size_of::<WideNode>());
+        let more = is_leaf * (size_of::<LeafBlock>() - size_of::<WideNode>());
         let base = self.nodes.wrapping_add(self.leaves_from_nodes & is_leaf.wrapping_neg());
-        simd.prefetch(base.wrapping_add(word.index() * size), LINES);
+        let place = base.wrapping_add(word.index() * (size_of::<WideNode>() + more));
+        simd.prefetch(place, LINES);
+        // The last line of a leaf; of a node one that was asked for already.
+        simd.prefetch(place.wrapping_add((LINES - 1) * 64 + more), 1);
     }
 }
