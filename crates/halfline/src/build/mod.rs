@@ -19,6 +19,7 @@
 
 mod clip;
 mod collapse;
+mod lane_box;
 mod object_split;
 mod parameters;
 mod partition;

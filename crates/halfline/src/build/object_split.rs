@@ -4,9 +4,9 @@
 //! surface-area heuristic over bins of the boxes' centres. Costs count blocks of triangles, so
 //! groups that fill whole blocks are preferred.
 
+use super::lane_box::LaneBox;
 use super::reference::Reference;
-use super::spatial_split::blocks;
-use crate::tree::Bounds;
+use super::spatial_split::{blocks, slab};
 
 const BINS: usize = 16;
 
@@ -31,34 +31,42 @@ pub fn divide_into_groups(references: &mut [Reference]) -> Groups {
     let mut high = [f32::NEG_INFINITY; 3];
     for reference in references.iter() {
         for axis in 0..3 {
-            low[axis] = low[axis].min(center(reference, axis));
-            high[axis] = high[axis].max(center(reference, axis));
+            let center = center(reference, axis);
+            low[axis] = if center < low[axis] { center } else { low[axis] };
+            high[axis] = if center > high[axis] { center } else { high[axis] };
         }
     }
 
-    // Find the cheapest place to divide the centres, on each axis on which they differ.
-    let mut cheapest: Option<(f32, usize, usize)> = None;
-    for axis in 0..3 {
-        let Some(scale) = bin_scale(low[axis], high[axis]) else { continue };
-        let mut bounds = [Bounds::EMPTY; BINS];
-        let mut counts = [0usize; BINS];
-        for reference in references.iter() {
+    // Count the centres in bins of each axis on which they differ.
+    let scales = [0, 1, 2].map(|axis| bin_scale(low[axis], high[axis]));
+    let mut boxes = [[LaneBox::EMPTY; BINS]; 3];
+    let mut counts = [[0usize; BINS]; 3];
+    for reference in references.iter() {
+        let whole = LaneBox::of(&reference.bounds);
+        for axis in 0..3 {
+            let scale = scales[axis].unwrap_or(0.0);
             let bin = bin_of(center(reference, axis), low[axis], scale);
-            bounds[bin] = bounds[bin].union(&reference.bounds);
-            counts[bin] += 1;
+            boxes[axis][bin].widen(&whole);
+            counts[axis][bin] += 1;
         }
+    }
+
+    // Find the cheapest place to divide them.
+    let mut cheapest: Option<(f32, usize, usize)> = None;
+    for axis in (0..3).filter(|&axis| scales[axis].is_some()) {
+        let (boxes, counts) = (&boxes[axis], &counts[axis]);
         let mut costs_above = [0.0; BINS];
-        let (mut above, mut count) = (Bounds::EMPTY, 0);
+        let (mut above, mut count) = (LaneBox::EMPTY, 0);
         for bin in (1..BINS).rev() {
-            above = above.union(&bounds[bin]);
+            above.widen(&boxes[bin]);
             count += counts[bin];
-            costs_above[bin] = above.half_area() * blocks(count);
+            costs_above[bin] = above.bounds().half_area() * blocks(count);
         }
-        let (mut below, mut count) = (Bounds::EMPTY, 0);
+        let (mut below, mut count) = (LaneBox::EMPTY, 0);
         for bin in 1..BINS {
-            below = below.union(&bounds[bin - 1]);
+            below.widen(&boxes[bin - 1]);
             count += counts[bin - 1];
-            let cost = below.half_area() * blocks(count) + costs_above[bin];
+            let cost = below.bounds().half_area() * blocks(count) + costs_above[bin];
             let divides = count > 0 && count < references.len();
             if divides && cheapest.is_none_or(|(best, ..)| cost < best) {
                 cheapest = Some((cost, axis, bin));
@@ -68,7 +76,7 @@ pub fn divide_into_groups(references: &mut [Reference]) -> Groups {
 
     // Reorder; where all centres coincide, halve the list.
     let Some((_, axis, bin)) = cheapest else { return halve(references) };
-    let scale = bin_scale(low[axis], high[axis]).unwrap_or(0.0);
+    let scale = scales[axis].unwrap_or(0.0);
     let mut first_count = 0;
     for i in 0..references.len() {
         if bin_of(center(&references[i], axis), low[axis], scale) < bin {
@@ -93,5 +101,5 @@ fn bin_scale(low: f32, high: f32) -> Option<f32> {
 
 #[inline(always)]
 fn bin_of(center: f32, low: f32, scale: f32) -> usize {
-    (((center - low) * scale) as i32).clamp(0, BINS as i32 - 1) as usize
+    slab((center - low) * scale - 0.5, BINS)
 }

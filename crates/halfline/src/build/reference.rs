@@ -3,6 +3,7 @@
 use bytemuck::{Pod, Zeroable};
 use rayon::prelude::*;
 
+use super::lane_box::LaneBox;
 use crate::geometry::Vec3;
 use crate::mesh::Mesh;
 use crate::numeric::{Frame, has_edges, is_zero_area};
@@ -28,7 +29,9 @@ impl Reference {
 
 /// The box around the references.
 pub fn bounds_of(references: &[Reference]) -> Bounds {
-    references.iter().fold(Bounds::EMPTY, |all, r| all.union(&r.bounds))
+    let mut all = LaneBox::EMPTY;
+    references.iter().for_each(|reference| all.widen(&LaneBox::of(&reference.bounds)));
+    all.bounds()
 }
 
 /// Faces that get no reference.

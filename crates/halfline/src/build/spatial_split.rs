@@ -7,6 +7,7 @@
 
 use rayon::prelude::*;
 
+use super::lane_box::{LaneBox, UPPER};
 use super::reference::Reference;
 use crate::tree::{BLOCK_SIZE, Bounds};
 
@@ -51,8 +52,7 @@ impl Grid {
     /// counts here are estimates, the partition compares with the plane itself.
     #[inline(always)]
     fn bin(&self, axis: usize, x: f32) -> usize {
-        (((x - self.min[axis]) * self.inverse_width[axis]) as i32).clamp(0, BINS as i32 - 1)
-            as usize
+        slab(((x - self.min[axis]) * self.inverse_width[axis]) - 0.5, BINS)
     }
 
     /// The plane below slab `bin`.
@@ -62,49 +62,67 @@ impl Grid {
     }
 }
 
+/// The integer nearest to `x`, at least zero and below `count`, a power of two. A cast would look
+/// for NaN and infinities, of which there are none, and cost as much as the rest of the search.
+#[inline(always)]
+pub fn slab(x: f32, count: usize) -> usize {
+    // From here on single-precision numbers have their units in the lowest bit.
+    const UNITS: f32 = 8_388_608.0;
+    let last = (count - 1) as f32;
+    let x = if x < last { x } else { last };
+    let x = if x > 0.0 { x } else { 0.0 };
+    (x + UNITS).to_bits() as usize & (count - 1)
+}
+
+/// The slabs of an axis: a box each, and how many references start and end there.
 #[derive(Clone, Copy)]
-struct Bin {
-    bounds: Bounds,
-    starts: u32,
-    ends: u32,
+struct Slabs {
+    boxes: [LaneBox; BINS],
+    starts: [u32; BINS],
+    ends: [u32; BINS],
 }
 
-type Bins = [[Bin; BINS]; 3];
+const EMPTY_SLABS: [Slabs; 3] =
+    [Slabs { boxes: [LaneBox::EMPTY; BINS], starts: [0; BINS], ends: [0; BINS] }; 3];
 
-const EMPTY_BINS: Bins = [[Bin { bounds: Bounds::EMPTY, starts: 0, ends: 0 }; BINS]; 3];
-
-fn fill(references: &[Reference], grid: &Grid) -> Bins {
-    let mut bins = EMPTY_BINS;
+fn fill(references: &[Reference], grid: &Grid) -> [Slabs; 3] {
+    let mut slabs = EMPTY_SLABS;
+    let [x, y, z] = &mut slabs;
     for reference in references {
-        let bounds = &reference.bounds;
-        for axis in 0..3 {
-            let first = grid.bin(axis, bounds.min[axis]);
-            let last = grid.bin(axis, bounds.max[axis]);
-            let bins = &mut bins[axis];
-            bins[first].starts += 1;
-            bins[last].ends += 1;
-            if first == last {
-                bins[first].bounds = bins[first].bounds.union(bounds);
-                continue;
-            }
-            let mut chopped = *bounds;
-            for bin in first..last {
-                chopped.max[axis] = grid.plane(axis, bin + 1);
-                bins[bin].bounds = bins[bin].bounds.union(&chopped);
-                chopped.min[axis] = chopped.max[axis];
-            }
-            chopped.max[axis] = bounds.max[axis];
-            bins[last].bounds = bins[last].bounds.union(&chopped);
-        }
+        let whole = LaneBox::of(&reference.bounds);
+        count::<0>(x, &reference.bounds, whole, grid);
+        count::<1>(y, &reference.bounds, whole, grid);
+        count::<2>(z, &reference.bounds, whole, grid);
     }
-    bins
+    slabs
 }
 
-fn merge(mut a: Bins, b: Bins) -> Bins {
-    for (a, b) in a.iter_mut().flatten().zip(b.iter().flatten()) {
-        a.bounds = a.bounds.union(&b.bounds);
-        a.starts += b.starts;
-        a.ends += b.ends;
+/// Counts a reference along an axis. That is a constant, so that chopping a box changes a register: to
+/// change it in memory and read it again would take longer than all the rest.
+#[inline(always)]
+fn count<const AXIS: usize>(slabs: &mut Slabs, bounds: &Bounds, whole: LaneBox, grid: &Grid) {
+    let first = grid.bin(AXIS, bounds.min[AXIS]);
+    let last = grid.bin(AXIS, bounds.max[AXIS]);
+    slabs.starts[first] += 1;
+    slabs.ends[last] += 1;
+    let mut chopped = whole;
+    for bin in first..last {
+        let plane = grid.plane(AXIS, bin + 1);
+        chopped.0[UPPER + AXIS] = -plane;
+        slabs.boxes[bin].widen(&chopped);
+        chopped.0[AXIS] = plane;
+    }
+    chopped.0[UPPER + AXIS] = whole.0[UPPER + AXIS];
+    slabs.boxes[last].widen(&chopped);
+}
+
+fn merge(mut a: [Slabs; 3], b: [Slabs; 3]) -> [Slabs; 3] {
+    for (a, b) in a.iter_mut().zip(&b) {
+        for bin in 0..BINS {
+            a.boxes[bin].widen(&b.boxes[bin]);
+            a.starts[bin] += b.starts[bin];
+            a.ends[bin] += b.ends[bin];
+        }
     }
     a
 }
@@ -113,12 +131,12 @@ fn merge(mut a: Bins, b: Bins) -> Bins {
 /// in the order of axes and positions.
 pub fn cheapest_plane(references: &[Reference], cell: &Bounds) -> Option<SpatialSplit> {
     let grid = Grid::over(cell);
-    let bins = if references.len() > PARALLEL_REFERENCES {
+    let slabs = if references.len() > PARALLEL_REFERENCES {
         // Minima, maxima and counts are the same in whatever order threads merge them.
         references
             .par_chunks(PARALLEL_REFERENCES / 4)
             .map(|chunk| fill(chunk, &grid))
-            .reduce(|| EMPTY_BINS, merge)
+            .reduce(|| EMPTY_SLABS, merge)
     } else {
         fill(references, &grid)
     };
@@ -128,23 +146,23 @@ pub fn cheapest_plane(references: &[Reference], cell: &Bounds) -> Option<Spatial
         if grid.inverse_width[axis] == 0.0 {
             continue;
         }
-        let bins = &bins[axis];
+        let bins = &slabs[axis];
 
         // From the right: what lies above each plane.
         let mut costs_above = [0.0; BINS];
-        let (mut bounds, mut count) = (Bounds::EMPTY, 0);
+        let (mut above, mut count) = (LaneBox::EMPTY, 0);
         for bin in (1..BINS).rev() {
-            bounds = bounds.union(&bins[bin].bounds);
-            count += bins[bin].ends as usize;
-            costs_above[bin] = bounds.half_area() * blocks(count);
+            above.widen(&bins.boxes[bin]);
+            count += bins.ends[bin] as usize;
+            costs_above[bin] = above.bounds().half_area() * blocks(count);
         }
 
         // From the left: what lies below, and the sum.
-        let (mut bounds, mut count) = (Bounds::EMPTY, 0);
+        let (mut below, mut count) = (LaneBox::EMPTY, 0);
         for bin in 1..BINS {
-            bounds = bounds.union(&bins[bin - 1].bounds);
-            count += bins[bin - 1].starts as usize;
-            let cost = bounds.half_area() * blocks(count) + costs_above[bin];
+            below.widen(&bins.boxes[bin - 1]);
+            count += bins.starts[bin - 1] as usize;
+            let cost = below.bounds().half_area() * blocks(count) + costs_above[bin];
             let position = grid.plane(axis, bin);
             let cuts = cell.min[axis] < position && position < cell.max[axis];
             if cuts && cheapest.is_none_or(|best| cost < best.cost) {
