@@ -12,8 +12,8 @@ use crate::simd::Level;
 use crate::traverse;
 #[cfg(feature = "variants")]
 pub use crate::traverse::PlainCaster;
-pub use crate::traverse::{AllHits, Caster, RayCounters};
-use crate::tree::{KdTree, TreeStatistics};
+pub use crate::traverse::{AllHits, Caster, LeafVerdict, RayCounters};
+use crate::tree::{KdTree, LeafBlock, TreeStatistics};
 
 /// A mesh and the kd-tree over it.
 ///
@@ -110,7 +110,14 @@ impl Scene {
         self.caster().any(ray)
     }
 
-    /// The same with a plain triangle test, which leaks: to measure what the exact one costs.
+    /// What single precision knows about a ray and a leaf of the tree, as batches ask it; what it leaves
+    /// open they decide exactly. `None` if the ray does not meet the root's box, or is so large or so
+    /// small, or comes from so far away, that batches look at it by itself.
+    pub fn leaf_verdict(&self, ray: &Ray, block: &LeafBlock) -> Option<LeafVerdict> {
+        traverse::leaf_verdict(&self.tree, ray, block, self.level)
+    }
+
+    /// [`Scene::caster`] with a plain triangle test, which leaks: to measure what the exact one costs.
     #[cfg(feature = "variants")]
     pub fn plain_caster(&self) -> PlainCaster<'_> {
         PlainCaster::new(&self.tree, &self.mesh)

@@ -6,8 +6,9 @@ mod common;
 use common::{Random, meshes, nasty_ray};
 use halfline::build::BuildParameters;
 use halfline::geometry::NO_FACE;
-use halfline::numeric::{LeafFilter, PreparedRay};
+use halfline::numeric::{LeafFilter, PreparedRay, Touched};
 use halfline::progress::Silent;
+use halfline::simd::Level;
 use halfline::{Ray, Scene, Vec3};
 
 /// Holds `ray` against every leaf of the scene, and counts the triangles, those that the filter
@@ -34,6 +35,78 @@ fn check(name: &str, scene: &Scene, ray: &Ray) -> [u64; 3] {
         }
     }
     counts
+}
+
+/// Holds `ray` against every leaf as batches do, by every instruction set: no hit within its range is
+/// passed over, what is certain is true, and t is where it is said to be. Counts the triangles that
+/// the ray hits, those of which that was certain, and those that were left open.
+fn check_verdicts(name: &str, scene: &mut Scene, ray: &Ray) -> [u64; 3] {
+    let mut counts = [0; 3];
+    let line = Ray { t_min: f64::NEG_INFINITY, t_max: f64::INFINITY, ..*ray };
+    let (Some(prepared), Some(line)) = (PreparedRay::new(ray), PreparedRay::new(&line)) else {
+        return counts;
+    };
+    for level in Level::available() {
+        scene.set_simd_level(level);
+        for block in &scene.tree().leaves.blocks {
+            let Some(verdict) = scene.leaf_verdict(ray, block) else { continue };
+            for (lane, &face) in
+                block.faces.iter().enumerate().filter(|(_, face)| **face != NO_FACE)
+            {
+                let corners = scene.mesh().corners(face);
+                let (is_candidate, is_certain) =
+                    (verdict.candidates >> lane & 1 == 1, verdict.certain >> lane & 1 == 1);
+                let hit = prepared.meet(corners);
+                let place = || format!("{name}, {}: {ray:?} and {face}, {corners:?}", level.name());
+                assert!(is_candidate || hit.is_none(), "{}", place());
+                assert!(is_candidate || !is_certain, "{}", place());
+                let is_inside = hit.is_some_and(|hit| hit.touched == Touched::Inside);
+                assert!(is_inside || !is_certain, "certain, but not hit: {}", place());
+                let Some(contact) = line.meet(corners) else { continue };
+                let [low, high] = verdict.bounds[lane];
+                assert!(low <= contact.t && contact.t <= high, "{low} {high}, {}", place());
+                counts[0] += u64::from(hit.is_some());
+                counts[1] += u64::from(is_certain);
+                counts[2] += u64::from(is_candidate && !is_certain);
+            }
+        }
+    }
+    counts
+}
+
+#[test]
+fn verdicts_of_batches_are_true() {
+    let mut random = Random(15);
+    for (name, mut scene) in scenes() {
+        let mut total = [0; 3];
+        for _ in 0..300 {
+            let ray = nasty_ray(scene.mesh(), &[], &mut random);
+            let counts = check_verdicts(name, &mut scene, &ray);
+            total = [0, 1, 2].map(|i| total[i] + counts[i]);
+        }
+        assert!(
+            total[0] > 0 || name == "empty" || name.contains("degenerate"),
+            "{name}: {total:?}"
+        );
+    }
+}
+
+/// Hits that are plain are certain, so that batches need no exact test for them.
+#[test]
+fn plain_hits_are_certain() {
+    let mut random = Random(16);
+    for (name, mut scene) in scenes().into_iter().filter(|(name, _)| name.contains("sphere")) {
+        let bounds = scene.mesh().bounds();
+        let mut total = [0; 3];
+        for _ in 0..300 {
+            let size = bounds.extent().max_element();
+            let [from, to] = [0; 2].map(|_| bounds.center() + random.point() * size);
+            let counts = check_verdicts(name, &mut scene, &Ray::new(from, to - from));
+            total = [0, 1, 2].map(|i| total[i] + counts[i]);
+        }
+        let [hit, certain, _] = total;
+        assert!(hit > 100 && certain * 100 >= hit * 99, "{name}: {total:?}");
+    }
 }
 
 fn scenes() -> Vec<(&'static str, Scene)> {

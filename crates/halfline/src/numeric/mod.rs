@@ -39,9 +39,9 @@ mod surface_point;
 
 pub use edge_function::Orientation;
 pub use frame::Frame;
-pub(crate) use hit_point::{LineLanes, single_parameters};
+pub(crate) use hit_point::MAX_DETERMINANT_ERROR;
+pub(crate) use leaf_filter::{CENTER_ERROR, FARTHEST_CENTER, SINGLE_ROUNDOFF, SLACK};
 pub use leaf_filter::{CornerLanes, LeafFilter};
-pub(crate) use leaf_filter::{Longest, Numbers, UNITS, leaf_filters};
 pub use ray_triangle::{Bounds, Contact, Meeting, PreparedRay, TakeMeeting, Touched};
 pub use surface_point::SurfacePoint;
 

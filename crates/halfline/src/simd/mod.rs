@@ -152,6 +152,9 @@ pub(crate) trait Doubles: Copy {
     ) -> Self::Numbers;
 }
 
+/// Eight doubles.
+pub(crate) type Numbers<S> = <<S as Simd>::Wide as Doubles>::Numbers;
+
 /// The bits of a double's exponent.
 const EXPONENT_BITS: u64 = 0x7ff << 52;
 

@@ -5,11 +5,12 @@
 //! are as near as the nearest one so far.
 
 use super::leaf_kernel::test;
+use super::plane_lanes::{LineLanes, single_parameters};
 use super::query::{Query, Search, Shortcut};
 use super::wide_ray::{Parameter, WideRay};
 use crate::geometry::{NO_FACE, Ray, Vec3};
 use crate::mesh::Mesh;
-use crate::numeric::{LineLanes, PreparedRay, single_parameters};
+use crate::numeric::PreparedRay;
 use crate::simd::{LANES, Simd};
 use crate::tree::{KdTree, LeafBlock};
 
@@ -100,6 +101,8 @@ pub struct Candidates {
     pub open: u32,
     /// A bit for each of those that it hits for certain.
     certain: u32,
+    /// A bit for each whose place is known.
+    placed: u32,
 }
 
 impl Candidates {
@@ -110,6 +113,7 @@ impl Candidates {
         simd.store(verdict.low, &mut self.low);
         simd.store(verdict.high, &mut self.high);
         (self.open, self.certain) = (verdict.candidates, verdict.certain);
+        self.placed = verdict.placed;
     }
 }
 
@@ -153,7 +157,7 @@ impl<B: Batch> Cast<'_, B> {
         index: usize,
     ) -> bool {
         let block = &self.tree.leaves.blocks[index];
-        let Candidates { low, high, open, certain } = candidates;
+        let Candidates { low, high, open, certain, placed } = candidates;
         let mut open = *open;
         match B::Query::SHORTCUT {
             Shortcut::None => {}
@@ -170,7 +174,8 @@ impl<B: Batch> Cast<'_, B> {
                     let lane = rest.trailing_zeros() as usize % LANES;
                     rest &= rest - 1;
                     let (face, low, high) = (block.faces[lane], low[lane], high[lane]);
-                    if face == ray.nearest || face == NO_FACE || low > ray.wide.limit {
+                    let is_beyond = placed >> lane & 1 == 1 && low > ray.wide.limit;
+                    if face == ray.nearest || face == NO_FACE || is_beyond {
                         continue;
                     }
                     if certain >> lane & 1 == 1 && high < ray.nearest_low {

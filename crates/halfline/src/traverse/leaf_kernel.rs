@@ -1,9 +1,11 @@
 //! A ray against the eight triangles of a leaf, in single precision: which it misses for certain,
 //! which it hits for certain, and where.
 
-use super::wide_ray::WideRay;
-use crate::numeric::CornerLanes;
-use crate::simd::{LANES, Simd};
+use super::wide_ray::{Columns, WideRay, WideRays, World};
+use crate::geometry::Ray;
+use crate::numeric::{CornerLanes, UNIT_ROUNDOFF};
+use crate::simd::{Job, LANES, Level, Simd};
+use crate::tree::{KdTree, LeafBlock};
 
 /// What is certain about eight triangles.
 pub struct Verdict<F> {
@@ -11,7 +13,10 @@ pub struct Verdict<F> {
     pub candidates: u32,
     /// A bit for each of those that it hits, in the inside and within its range.
     pub certain: u32,
-    /// In the ray's parameter, two numbers between which it hits the triangle, if it does.
+    /// A bit for each whose place is known.
+    pub placed: u32,
+    /// In the ray's parameter, two numbers between which its line meets the triangle, if it does and
+    /// its place is known.
     pub low: F,
     /// The second.
     pub high: F,
@@ -74,10 +79,74 @@ pub fn test<S: Simd>(simd: S, ray: &WideRay, corners: &CornerLanes) -> Verdict<S
     let is_within =
         simd.are_below(simd.splat(begun), low) & simd.are_below(high, simd.splat(ray.depth.end));
     let candidates = !is_missed & !(is_stable & (is_beyond | is_before)) & ALL;
-    Verdict { candidates, certain: candidates & is_stable & is_crossed & is_within, low, high }
+    let certain = candidates & is_stable & is_crossed & is_within;
+    Verdict { candidates, certain, placed: is_stable, low, high }
 }
 
 const ALL: u32 = (1 << LANES) - 1;
+
+/// What single precision knows about a ray and the triangles of a leaf.
+#[derive(Clone, Copy, Debug)]
+pub struct LeafVerdict {
+    /// A bit for each triangle that the ray may hit; it hits no other.
+    pub candidates: u32,
+    /// A bit for each of those that it hits for certain, neither on an edge nor at a corner.
+    pub certain: u32,
+    /// For each triangle two numbers between which t is if the ray's line meets it.
+    pub bounds: [[f64; 2]; LANES],
+}
+
+/// Holds a ray against a leaf of a tree, as a batch does. `None` if the ray does not meet the root's
+/// box, or is so large or so small, or so far away, that batches look at it by itself.
+pub fn leaf_verdict(
+    tree: &KdTree,
+    ray: &Ray,
+    block: &LeafBlock,
+    level: Level,
+) -> Option<LeafVerdict> {
+    level.run(Judged { tree, ray, block })
+}
+
+struct Judged<'a> {
+    tree: &'a KdTree,
+    ray: &'a Ray,
+    block: &'a LeafBlock,
+}
+
+impl Job for Judged<'_> {
+    type Output = Option<LeafVerdict>;
+
+    #[inline(always)]
+    fn run<S: Simd>(self, simd: S) -> Option<LeafVerdict> {
+        let tree = self.tree;
+        let world = World { frame: tree.frame, root: tree.root.bounds, reach: tree.reach };
+        let [Ray { origin, direction, t_min, t_max }] = [*self.ray];
+        let numbers = [origin.x, origin.y, origin.z, direction.x, direction.y, direction.z];
+        let mut lanes = [[0.0; LANES]; 8];
+        for (lanes, number) in lanes.iter_mut().zip(numbers.into_iter().chain([t_min, t_max])) {
+            *lanes = [number; LANES];
+        }
+        let (mut rays, mut columns) = (WideRays::none(), Columns::none());
+        rays.set(simd, &lanes, &world, &mut columns);
+        if rays.met & 1 == 0 || rays.single & 1 == 1 {
+            return None;
+        }
+        let (wide, parameter) = rays.lane(0);
+        let verdict = test(simd, wide, &self.block.corners);
+        let (mut low, mut high) = ([0.0; LANES], [0.0; LANES]);
+        simd.store(verdict.low, &mut low);
+        simd.store(verdict.high, &mut high);
+        let mut bounds = [[0.0; 2]; LANES];
+        for lane in 0..LANES {
+            let [a, b] = [parameter.t(low[lane]), parameter.t(high[lane])];
+            let room = 8.0 * UNIT_ROUNDOFF * (a.abs() + b.abs() + parameter.t(0.0).abs());
+            let is_placed = verdict.placed >> lane & 1 == 1;
+            let unknown = [f64::NEG_INFINITY, f64::INFINITY];
+            bounds[lane] = if is_placed { [a - room, b + room] } else { unknown };
+        }
+        Some(LeafVerdict { candidates: verdict.candidates, certain: verdict.certain, bounds })
+    }
+}
 
 // Functions and not closures, which could not be told to be compiled for the caller's instructions.
 

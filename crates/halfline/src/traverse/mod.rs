@@ -5,10 +5,12 @@ mod batch;
 mod bundle;
 mod cast;
 mod caster;
+mod filter_lanes;
 mod leaf_kernel;
 mod leaf_test;
 #[cfg(feature = "variants")]
 mod plain;
+mod plane_lanes;
 mod query;
 mod queue;
 mod slab;
@@ -19,6 +21,7 @@ pub use batch::{
     AllHits, Target, count_intersections, intersect, intersect_all, intersect_single, occluded,
 };
 pub use caster::Caster;
+pub use leaf_kernel::{LeafVerdict, leaf_verdict};
 #[cfg(feature = "variants")]
 pub use plain::PlainCaster;
 pub use walk::RayCounters;

@@ -60,6 +60,11 @@ impl Scale {
         self.factors[0] < f64::INFINITY
     }
 
+    /// About the t of s.
+    pub fn t(&self, s: f64) -> f64 {
+        s / self.factors[0] / self.factors[1]
+    }
+
     /// An s that is no larger than that of t.
     #[inline(always)]
     pub fn lower(&self, t: f64) -> f64 {

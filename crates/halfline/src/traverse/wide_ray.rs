@@ -10,10 +10,11 @@
 
 use bytemuck::{Pod, Zeroable};
 
+use super::filter_lanes::{Longest, UNITS, leaf_filters};
 use super::slab::{Scale, SlabRay};
 use crate::geometry::{Ray, Vec3};
-use crate::numeric::{Frame, LeafFilter, Longest, Numbers, UNIT_ROUNDOFF, UNITS, leaf_filters};
-use crate::simd::{Doubles, LANES, Simd};
+use crate::numeric::{Frame, LeafFilter, UNIT_ROUNDOFF};
+use crate::simd::{Doubles, LANES, Numbers, Simd};
 use crate::tree::{Bounds, WideNode};
 
 /// Half the distance from 1 to the next single-precision number.
@@ -362,6 +363,11 @@ impl Parameter {
     #[inline(always)]
     pub fn limit(&self, t_max: f64) -> f32 {
         limit_of(self.scale.limit(t_max), self.start)
+    }
+
+    /// About t at a parameter.
+    pub fn t(&self, parameter: f32) -> f64 {
+        self.scale.t(f64::from(parameter) + self.start)
     }
 
     /// A lower bound of the parameter at t.

@@ -197,7 +197,7 @@ pub fn meshes() -> Vec<(&'static str, Mesh)> {
 
 /// A finite point on or near a face: a vertex, the middle of an edge, a point of an edge or of the
 /// face, a point beside a vertex.
-fn target(mesh: &Mesh, face: u32, random: &mut Random) -> Option<Vec3> {
+pub fn target(mesh: &Mesh, face: u32, random: &mut Random) -> Option<Vec3> {
     let [a, b, c] = mesh.corners(face);
     let share = random.unit();
     let target = match random.below(5) {
