@@ -6,9 +6,9 @@
 //!
 //! ```text
 //! NODE  meet eight boxes at once; push those that are met, the nearest last; pop; prefetch
-//! LEAF  filter eight triangles at once; where none is left, pop and prefetch, else on to HIT
-//! HIT   decide exactly what is left; a hit drops all that waits beyond it; pop; prefetch
-//! END   take the answer; give the slot to the next ray
+//! LEAF  hold eight triangles against the ray at once; where none is left, pop and prefetch
+//! HIT   decide what is left (`cast.rs`); a hit drops all that waits beyond it; pop; prefetch
+//! END   take the answer; give the slot to the next ray, or to what is left of a bundle
 //! ```
 //!
 //! After each turn the rays are divided by what they popped, without a branch that depends on a
