@@ -67,6 +67,7 @@ lint: venv ## check format, warnings, reference, import arrows, types
 	cargo fmt --manifest-path fuzz/Cargo.toml --check
 	cargo fmt --manifest-path bench/peers/Cargo.toml --check
 	cargo clippy --locked --workspace --all-targets --all-features -- -D warnings -D clippy::undocumented_unsafe_blocks
+	cargo clippy --locked --manifest-path bench/peers/Cargo.toml -- -D warnings
 	$(DOC)
 	$(VENV)/bin/python tools/import_arrows.py
 	$(VENV)/bin/ruff check $(PYTHON_SOURCES)

@@ -4,7 +4,8 @@
 Embree is the library inside PyPI's embreex wheel, called through its C interface by the program in
 bench/peers, in every configuration: medium and high quality, single rays and packets of 16 with
 either flag, robust or not. Each cell is held against the best of those that are not robust, though
-halfline is. The tools take turns within one process; on one thread it is pinned to a core.
+halfline is. obvhs, a tree library from crates.io, is asked as well, with both of its trees. The tools
+take turns within one process; on one thread it is pinned to a core.
 The meshes are the Stanford dragon and three generated ones. Prints a table for each mesh, and
 writes bench/out/peers.json.
 """

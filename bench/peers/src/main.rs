@@ -1,12 +1,14 @@
 //! halfline against Embree: same meshes, same rays, in turns.
 //!
-//! `peers LIBEMBREE4 OUT.json [--rounds=N] [--rays=N] [--threads=N] [--alone=1] NAME=MESH...`
+//! `peers LIBEMBREE4 OUT.json [--rounds=N] [--rays=N] [--threads=N] [--alone=1] [--only=RAYS]
+//! NAME=MESH...`
 //!
 //! An array of 32-byte rays goes in, and an array of t and face, or of booleans, comes out, inside
 //! of what is timed. Embree is taken in every configuration (quality, packets; robust or not), and
-//! the best of them, cell by cell, is what halfline is held against.
+//! the best of them, cell by cell, is what halfline is held against. obvhs, a Rust crate, is asked too.
 
 mod embree;
+mod obvhs_peer;
 mod rays;
 
 use std::path::Path;
@@ -14,7 +16,8 @@ use std::time::Instant;
 
 use embree::{ALL_PACKETS, Embree, Packets, Quality, SingleMesh};
 use halfline::progress::Silent;
-use halfline::{Scene, SingleHit};
+use halfline::{Scene, SingleHit, SingleRay};
+use obvhs_peer::{Obvhs, Tree};
 use rayon::prelude::*;
 use serde_json::json;
 
@@ -34,31 +37,33 @@ fn main() {
     let mut arguments = std::env::args().skip(1);
     let (Some(library), Some(out)) = (arguments.next(), arguments.next()) else {
         eprintln!(
-            "usage: peers LIBEMBREE4 OUT.json [--rounds=N] [--rays=N] [--threads=N] [--alone=1] NAME=MESH..."
+            "usage: peers LIBEMBREE4 OUT.json [--rounds=N] [--rays=N] [--threads=N] [--alone=1] [--only=RAYS] NAME=MESH..."
         );
         std::process::exit(2);
     };
-    let (mut rounds, mut most, mut threads, mut meshes) = (3, 1usize << 20, 1, Vec::new());
-    let mut is_alone = false;
+    let mut plan =
+        Plan { rounds: 3, most: 1 << 20, threads: 1, is_alone: false, only: String::new() };
+    let mut meshes = Vec::new();
     for argument in arguments {
         let (name, value) = argument.split_once('=').expect("NAME=VALUE");
         let number = || value.parse::<usize>().expect("a number");
         match name {
-            "--rounds" => rounds = number(),
-            "--rays" => most = number(),
-            "--threads" => threads = number(),
-            "--alone" => is_alone = number() != 0,
+            "--rounds" => plan.rounds = number(),
+            "--rays" => plan.most = number(),
+            "--threads" => plan.threads = number(),
+            "--alone" => plan.is_alone = number() != 0,
+            "--only" => plan.only = value.to_string(),
             _ => meshes.push(argument),
         }
     }
+    let (rounds, threads) = (plan.rounds, plan.threads);
     let embree = Embree::open(Path::new(&library)).expect("Embree's library");
     rayon::ThreadPoolBuilder::new().num_threads(threads).build_global().expect("threads");
     let mut rows = Vec::new();
     println!("Embree {}, {threads} thread(s), medians of {rounds}", embree.version());
     for argument in &meshes {
         let (name, path) = argument.split_once('=').expect("NAME=MESH");
-        let embree = (!is_alone).then_some(&embree);
-        measure(name, path, embree, rounds, most, threads, &mut rows);
+        measure(name, path, &embree, &plan, &mut rows);
     }
     let ratios: Vec<f64> = rows.iter().filter_map(|row| row["ratio"].as_f64()).collect();
     let mean = (ratios.iter().map(|r| r.ln()).sum::<f64>() / ratios.len() as f64).exp();
@@ -68,99 +73,166 @@ fn main() {
     std::fs::write(out, text).expect("the output can be written");
 }
 
+/// A rival, ready to be asked.
+enum Rival<'a> {
+    Embree { scene: embree::Scene<'a>, quality: Quality, is_robust: bool, packets: Vec<Packets> },
+    Obvhs(Box<Obvhs>),
+}
+
+/// Casts rays, each with a place for its answer.
+type Casts<'a, Answer> = Box<dyn Fn(&[SingleRay], &mut [Answer]) + Sync + 'a>;
+
+/// One way to ask a rival.
+struct Way<'a> {
+    name: String,
+    kind: Kind,
+    intersect: Casts<'a, SingleHit>,
+    occluded: Casts<'a, bool>,
+}
+
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Kind {
+    Embree,
+    RobustEmbree,
+    Obvhs,
+}
+
+fn ways<'a>(rivals: &'a [Rival]) -> Vec<Way<'a>> {
+    let mut ways = Vec::new();
+    for rival in rivals {
+        match rival {
+            Rival::Embree { scene, quality, is_robust, packets } => {
+                ways.extend(packets.iter().map(|&packets| Way {
+                    name: format!("{quality:?} {packets:?}"),
+                    kind: if *is_robust { Kind::RobustEmbree } else { Kind::Embree },
+                    intersect: Box::new(move |rays, hits| scene.intersect(packets, rays, hits)),
+                    occluded: Box::new(move |rays, flags| scene.occluded(packets, rays, flags)),
+                }));
+            }
+            Rival::Obvhs(trees) => ways.extend([Tree::Binary, Tree::Wide].map(|tree| Way {
+                name: format!("{tree:?}"),
+                kind: Kind::Obvhs,
+                intersect: Box::new(move |rays, hits| trees.intersect(tree, rays, hits)),
+                occluded: Box::new(move |rays, flags| trees.occluded(tree, rays, flags)),
+            })),
+        }
+    }
+    ways
+}
+
+/// Builds what each rival has, and tells how long that takes.
+fn rivals<'a>(embree: &'a Embree, single: &'static SingleMesh, threads: usize) -> Vec<Rival<'a>> {
+    let mut rivals = Vec::new();
+    for (quality, is_robust) in
+        [(Quality::High, false), (Quality::Medium, false), (Quality::High, true)]
+    {
+        let start = Instant::now();
+        let scene = embree.scene(single, quality, is_robust, threads);
+        let robustness = if is_robust { ", robust" } else { "" };
+        println!("  build Embree {quality:?}{robustness} {:.2} s", start.elapsed().as_secs_f64());
+        let packets = ALL_PACKETS.to_vec();
+        rivals.push(Rival::Embree { scene, quality, is_robust, packets });
+    }
+    let start = Instant::now();
+    let trees = Obvhs::new(single);
+    println!("  build obvhs, both trees, one thread {:.2} s", start.elapsed().as_secs_f64());
+    rivals.push(Rival::Obvhs(Box::new(trees)));
+    rivals
+}
+
+/// What is measured.
+struct Plan {
+    rounds: usize,
+    /// Rays of each kind, at most.
+    most: usize,
+    threads: usize,
+    /// Without rivals.
+    is_alone: bool,
+    /// Only rays of this kind, if it is not empty.
+    only: String,
+}
+
 fn measure(
     name: &str,
     path: &str,
-    embree: Option<&Embree>,
-    rounds: usize,
-    most: usize,
-    threads: usize,
+    embree: &Embree,
+    plan: &Plan,
     rows: &mut Vec<serde_json::Value>,
 ) {
     let mesh = halfline::io::load(Path::new(path), &Silent).expect("a mesh");
-    let single = Box::leak(Box::new(SingleMesh::of(&mesh)));
+    let single: &'static SingleMesh = Box::leak(Box::new(SingleMesh::of(&mesh)));
     let scene = Scene::new(mesh).expect("a scene");
     let bytes = scene.tree_statistics().bytes_per_triangle;
     println!("\n{name}: {} triangles, {bytes:.0} bytes each", single.triangles.len());
     println!("  build halfline {:.2} s", scene.build_time().as_secs_f64());
-    let mut scenes = Vec::new();
-    let all = [(Quality::High, false), (Quality::Medium, false), (Quality::High, true)];
-    for (quality, robust) in embree.map_or(&all[..0], |_| &all[..]).iter().copied() {
-        let Some(embree) = embree else { break };
-        let start = Instant::now();
-        let scene = embree.scene(single, quality, robust, threads);
-        let robustness = if robust { ", robust" } else { "" };
-        println!("  build Embree {quality:?}{robustness} {:.2} s", start.elapsed().as_secs_f64());
-        scenes.push((quality, robust, scene));
-    }
+    let rivals = if plan.is_alone { Vec::new() } else { rivals(embree, single, plan.threads) };
+    let ways = ways(&rivals);
 
-    println!(
-        "  rays       halfline    Embree    ratio   Embree's best          its robust best, M rays/s"
-    );
-    let kinds = rays::for_scene(&scene, name == "hall", most);
-    let only = std::env::var("PEERS_RAYS").unwrap_or_default();
-    for kind in kinds.into_iter().filter(|kind| only.is_empty() || only == kind.name) {
-        let rays = &kind.rays;
-        let mut configurations: Vec<(usize, Packets)> = Vec::new();
-        for number in 0..scenes.len() {
-            configurations.extend(ALL_PACKETS.map(|packets| (number, packets)));
+    println!("  M rays/s   halfline    Embree    ratio   Embree's best     robust best     obvhs");
+    for kind in rays::for_scene(&scene, name == "hall", plan.most) {
+        if !plan.only.is_empty() && plan.only != kind.name {
+            continue;
         }
-        let mut times = vec![Vec::new(); configurations.len() + 1];
+        let rays = &kind.rays;
+        let (mut ours, mut times) = (Vec::new(), vec![Vec::new(); ways.len()]);
         let mut hits = vec![SingleHit::MISS; rays.len()];
         let mut flags = vec![false; rays.len()];
-        let part = rays.len().div_ceil(threads * 8).next_multiple_of(16);
-        for _ in 0..rounds {
-            times[0].push(seconds(|| {
+        let part = rays.len().div_ceil(plan.threads * 8).next_multiple_of(16);
+        for _ in 0..plan.rounds {
+            ours.push(seconds(|| {
                 if kind.is_any {
                     std::hint::black_box(scene.occluded(rays));
                 } else {
                     std::hint::black_box(scene.intersect_single(rays));
                 }
             }));
-            for (&(number, packets), times) in configurations.iter().zip(&mut times[1..]) {
-                let scene = &scenes[number].2;
+            for (way, times) in ways.iter().zip(&mut times) {
                 times.push(seconds(|| {
                     let rays = rays.par_chunks(part);
                     if kind.is_any {
                         let pairs = rays.zip(flags.par_chunks_mut(part));
-                        pairs.for_each(|(rays, flags)| scene.occluded(packets, rays, flags));
+                        pairs.for_each(|(rays, flags)| (way.occluded)(rays, flags));
                     } else {
                         let pairs = rays.zip(hits.par_chunks_mut(part));
-                        pairs.for_each(|(rays, hits)| scene.intersect(packets, rays, hits));
+                        pairs.for_each(|(rays, hits)| (way.intersect)(rays, hits));
                     }
                 }));
             }
         }
-        let rate = |times: &Vec<f64>| rays.len() as f64 / median(times) / 1e6;
-        if configurations.is_empty() {
-            println!("  {:9} {:9.2}", kind.name, rate(&times[0]));
+        let rate = |times: &[f64]| rays.len() as f64 / median(times) / 1e6;
+        let best = |wanted: Kind| {
+            let rates = ways.iter().zip(&times).filter(|(way, _)| way.kind == wanted);
+            let rates = rates.map(|(way, times)| (rate(times), way.name.as_str()));
+            rates.max_by(|a, b| a.0.total_cmp(&b.0)).unwrap_or((f64::NAN, "not asked"))
+        };
+        let ours_rate = rate(&ours);
+        let (theirs, configuration) = best(Kind::Embree);
+        let (robust, obvhs) = (best(Kind::RobustEmbree).0, best(Kind::Obvhs).0);
+        println!(
+            "  {:9} {ours_rate:9.2} {theirs:9.2} {:8.2}   {configuration:20} {robust:9.2} {obvhs:9.2}",
+            kind.name,
+            ours_rate / theirs,
+        );
+        if plan.is_alone {
             continue;
         }
-        let best = |robust: bool| {
-            let cells = configurations.iter().zip(&times[1..]);
-            cells
-                .filter(|((number, _), _)| scenes[*number].1 == robust)
-                .map(|(&(number, packets), times)| (rate(times), scenes[number].0, packets))
-                .max_by(|a, b| a.0.total_cmp(&b.0))
-                .expect("a configuration")
+        // How far the turns differ, as a share of the median.
+        let spread = |times: &[f64]| {
+            let slowest = times.iter().copied().fold(0.0, f64::max);
+            let quickest = times.iter().copied().fold(f64::INFINITY, f64::min);
+            (slowest - quickest) / median(times)
         };
-        let (ours, (theirs, quality, packets)) = (rate(&times[0]), best(false));
-        let configuration = format!("{quality:?} {packets:?}");
-        println!(
-            "  {:9} {ours:9.2} {theirs:9.2} {:8.2}   {configuration:20} {:9.2}",
-            kind.name,
-            ours / theirs,
-            best(true).0,
-        );
         rows.push(json!({
             "mesh": name,
             "rays": kind.name,
-            "threads": threads,
-            "halfline": ours,
+            "threads": plan.threads,
+            "halfline": ours_rate,
+            "halfline_spread": spread(&ours),
             "embree": theirs,
             "embree_config": configuration,
-            "embree_robust": best(true).0,
-            "ratio": ours / theirs,
+            "embree_robust": robust,
+            "obvhs": obvhs,
+            "ratio": ours_rate / theirs,
         }));
     }
 }
