@@ -88,3 +88,103 @@ const PLAIN_RANGE: std::ops::Range<f64> =
 /// three differences, two products, three sums, the inverse and its product, ten roundings; and the
 /// permanents' own.
 const PLAIN_ERROR: f64 = 16.0 * UNIT_ROUNDOFF;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geometry::{Ray, Vec3, vec3};
+    use crate::numeric::PreparedRay;
+    use crate::simd::{Job, Level};
+
+    struct Lines(LineLanes);
+
+    impl Job for &Lines {
+        type Output = ([f32; LANES], u32);
+
+        #[inline(always)]
+        fn run<S: Simd>(self, simd: S) -> ([f32; LANES], u32) {
+            single_parameters(simd, &self.0)
+        }
+    }
+
+    struct Random(u64);
+
+    impl Random {
+        /// In [-1, 1) (xorshift).
+        fn signed(&mut self) -> f64 {
+            for shift in [13, -7, 17] {
+                self.0 ^= if shift > 0 { self.0 << shift } else { self.0 >> -shift };
+            }
+            (self.0 >> 11) as f64 / (1u64 << 52) as f64 - 1.0
+        }
+
+        fn point(&mut self) -> Vec3 {
+            vec3(self.signed(), self.signed(), self.signed())
+        }
+    }
+
+    /// Casts lines at planes that they cross where `t_of` says, up to a rounding or two. Returns how
+    /// many of how many were certain; those are right.
+    fn check(t_of: impl Fn(&mut Random) -> f64, seed: u64) -> (usize, usize) {
+        let (mut random, mut certain, mut all) = (Random(seed), 0, 0);
+        for _ in 0..2000 {
+            let mut lines = Lines([[[0.0; LANES]; 3]; 5]);
+            let mut expected = [0.0f32; LANES];
+            for lane in 0..LANES {
+                let (origin, direction) = (random.point(), random.point());
+                let at = origin + direction * t_of(&mut random);
+                let (p, q) = (random.point(), random.point());
+                let corners = [at - p, at + p * 2.0 - q, at + q];
+                let prepared = PreparedRay::new(&Ray::new(origin, direction)).expect("valid");
+                expected[lane] = prepared.parameter(&corners) as f32;
+                let [a, b, c] = corners;
+                for axis in 0..3 {
+                    for (row, v) in [origin, direction, a, b, c].into_iter().enumerate() {
+                        lines.0[row][axis][lane] = v[axis];
+                    }
+                }
+            }
+            for level in Level::available() {
+                let (t, mask) = level.run(&lines);
+                for lane in (0..LANES).filter(|lane| mask >> lane & 1 == 1) {
+                    assert_eq!(t[lane], expected[lane], "{} {:?}", level.name(), lines.0);
+                    certain += 1;
+                }
+                all += LANES;
+            }
+        }
+        (certain, all)
+    }
+
+    #[test]
+    fn what_is_certain_is_t_rounded() {
+        let (certain, all) = check(|random| 1.5 + random.signed(), 7);
+        assert!(certain * 1000 > all * 999, "{certain} of {all}");
+    }
+
+    /// Halfway between two single-precision numbers the last bits of a double decide.
+    #[test]
+    fn what_is_halfway_is_left_open() {
+        let halfway = |random: &mut Random| {
+            let t = (1.5 + random.signed()) as f32;
+            (f64::from(t) + f64::from(t.next_up())) * 0.5
+        };
+        let (certain, all) = check(halfway, 8);
+        assert!(certain * 10 < all, "{certain} of {all}");
+    }
+
+    #[test]
+    fn what_may_underflow_or_overflow_is_left_open() {
+        for size in [1e-110, 1e-70, 1e70, 1e150] {
+            let (mut random, mut lines) = (Random(9), Lines([[[1.0; LANES]; 3]; 5]));
+            for row in &mut lines.0 {
+                for lane in row.iter_mut().flatten() {
+                    *lane = random.signed() * size;
+                }
+            }
+            for level in Level::available() {
+                assert_eq!(level.run(&lines).1, 0, "{} {size}", level.name());
+            }
+        }
+    }
+}
