@@ -4,10 +4,10 @@
 Embree is the library inside PyPI's embreex wheel, called through its C interface by the program in
 bench/peers, in every configuration: medium and high quality, single rays and packets of 16 with
 either flag, robust or not. Each cell is held against the best of those that are not robust, though
-halfline is. obvhs, a tree library from crates.io, is asked as well, with both of its trees. The tools
-take turns within one process; on one thread it is pinned to a core.
+halfline is. obvhs, a tree library from crates.io, is asked as well, with both of its trees. The
+tools take turns within one process; on one thread it is pinned to a core.
 The meshes are the Stanford dragon and three generated ones. Prints a table for each mesh, and
-writes bench/out/peers.json.
+writes bench/out/peers.json and a chart, bench/out/peers.svg.
 """
 
 from __future__ import annotations
@@ -104,7 +104,8 @@ def main() -> int:
             cells += json.loads(part.read_text(encoding="utf-8"))
             part.unlink()
         (OUT / "peers.json").write_text(json.dumps(cells, indent=1) + "\n", encoding="utf-8")
-        print("\nEverything measured is in bench/out/peers.json")
+        run([sys.executable, str(ROOT / "bench" / "peers_chart.py")])
+        print("\nEverything measured is in bench/out/peers.json, and a chart of it in peers.svg")
     except (ToolError, OSError) as error:
         print(f"peers.py: {error}", file=sys.stderr)
         return 1
