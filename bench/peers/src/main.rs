@@ -16,7 +16,7 @@ use std::time::Instant;
 
 use embree::{ALL_PACKETS, Embree, Packets, Quality, SingleMesh};
 use halfline::progress::Silent;
-use halfline::{Scene, SingleHit, SingleRay};
+use halfline::{Ray, Scene, SingleHit, SingleRay};
 use obvhs_peer::{Obvhs, Tree};
 use rayon::prelude::*;
 use serde_json::json;
@@ -214,6 +214,15 @@ fn measure(
             ours_rate / theirs,
         );
         if plan.is_alone {
+            if !kind.is_any {
+                let rays: Vec<Ray> = rays.iter().map(|&ray| ray.into()).collect();
+                let turns = (0..plan.rounds).map(|_| {
+                    seconds(|| {
+                        std::hint::black_box(scene.intersect(&rays));
+                    })
+                });
+                println!("   in doubles {:7.2}", rate(&turns.collect::<Vec<_>>()));
+            }
             continue;
         }
         // How far the turns differ, as a share of the median.

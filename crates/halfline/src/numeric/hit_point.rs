@@ -207,17 +207,17 @@ const QUOTIENT_RANGE: std::ops::Range<f64> =
     f64::from_bits((1023 - 900) << 52)..f64::from_bits((1023 + 900) << 52);
 
 /// Absolute error of barycentric weights: 8192 roundings of 1, which is 2^-40.
-const BARYCENTRIC_ERROR: f64 = 8192.0 * UNIT_ROUNDOFF;
+pub const BARYCENTRIC_ERROR: f64 = 8192.0 * UNIT_ROUNDOFF;
 
 /// Error of a coordinate of the point on the line, beyond one rounding of itself, in terms of the
 /// two numbers of which it is the sum: their low parts are at most u of them, and are added with
 /// three roundings. (In units of 1/8 u, since the permanent that it goes into is multiplied by
 /// [`WEIGHT_ERROR`].)
-const POINT_ERROR: f64 = 4.0 * UNIT_ROUNDOFF;
+pub const POINT_ERROR: f64 = 4.0 * UNIT_ROUNDOFF;
 
 /// Error of the determinants for the weights in terms of their permanents: two factors rounded, two
 /// products, a difference and two sums, seven roundings; one more for second-order terms.
-const WEIGHT_ERROR: f64 = 8.0 * UNIT_ROUNDOFF;
+pub const WEIGHT_ERROR: f64 = 8.0 * UNIT_ROUNDOFF;
 
 /// Underflow in the step along the line may move its point by 2^-1072: this, times [`WEIGHT_ERROR`].
 const POINT_UNDERFLOW: f64 = 2.0 * f64::MIN_POSITIVE;
@@ -232,7 +232,7 @@ const WEIGHT_UNDERFLOW: f64 = f64::from_bits((1023 - 569) << 52);
 
 /// Error of the distance from the plane, in terms of its permanent: as [`WEIGHT_ERROR`], but both
 /// edges are rounded, and the point, and one more for the quotient.
-const CORRECTION_ERROR: f64 = 10.0 * UNIT_ROUNDOFF;
+pub const CORRECTION_ERROR: f64 = 10.0 * UNIT_ROUNDOFF;
 
 /// Relative error of a determinant up to which twice that bounds the error of its inverse.
 pub const MAX_DETERMINANT_ERROR: f64 = 1.0 / 1024.0;

@@ -39,7 +39,9 @@ mod surface_point;
 
 pub use edge_function::Orientation;
 pub use frame::Frame;
-pub(crate) use hit_point::MAX_DETERMINANT_ERROR;
+pub(crate) use hit_point::{
+    BARYCENTRIC_ERROR, CORRECTION_ERROR, MAX_DETERMINANT_ERROR, POINT_ERROR, WEIGHT_ERROR,
+};
 pub(crate) use leaf_filter::{CENTER_ERROR, FARTHEST_CENTER, SINGLE_ROUNDOFF, SLACK};
 pub use leaf_filter::{CornerLanes, LeafFilter};
 pub use ray_triangle::{Bounds, Contact, Meeting, PreparedRay, TakeMeeting, Touched};

@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use rayon::prelude::*;
 
-use super::cast::{Batch, Cast};
+use super::cast::{Batch, Cast, Ending};
 use super::query::{AllContacts, AnyHit, ClosestHit, Query};
 use crate::error::Result;
 use crate::geometry::{Hit, Ray, SingleHit, SingleRay};
@@ -39,12 +39,18 @@ trait Question {
     type Answer: Copy + Send;
     const MISS: Self::Answer;
 
-    /// Whether t in single precision is enough for an answer.
-    const IS_SINGLE: bool = false;
+    /// What eight rays at a time can be asked.
+    const ENDING: Ending = Ending::Alone;
 
-    /// That answer.
+    /// The answer of [`Ending::Single`].
     #[inline(always)]
     fn single_answer(_t: f32, _face: u32) -> Self::Answer {
+        Self::MISS
+    }
+
+    /// The answer of [`Ending::Double`].
+    #[inline(always)]
+    fn double_answer(_hit: Hit) -> Self::Answer {
         Self::MISS
     }
 
@@ -58,6 +64,12 @@ impl Question for Closest {
     type Query = ClosestHit;
     type Answer = Hit;
     const MISS: Hit = Hit::MISS;
+    const ENDING: Ending = Ending::Double;
+
+    #[inline(always)]
+    fn double_answer(hit: Hit) -> Hit {
+        hit
+    }
 
     #[inline(always)]
     fn answer(query: &mut ClosestHit, ray: &PreparedRay) -> Hit {
@@ -72,7 +84,7 @@ impl Question for ClosestSingle {
     type Answer = SingleHit;
     const MISS: SingleHit = SingleHit::MISS;
 
-    const IS_SINGLE: bool = true;
+    const ENDING: Ending = Ending::Single;
 
     #[inline(always)]
     fn single_answer(t: f32, face: u32) -> SingleHit {
@@ -106,7 +118,7 @@ struct Rows<'a, R, Q: Question> {
 
 impl<R: Copy + Into<Ray>, Q: Question> Batch for Rows<'_, R, Q> {
     type Query = Q::Query;
-    const IS_SINGLE: bool = Q::IS_SINGLE;
+    const ENDING: Ending = Q::ENDING;
 
     #[inline(always)]
     fn count(&self) -> usize {
@@ -121,6 +133,11 @@ impl<R: Copy + Into<Ray>, Q: Question> Batch for Rows<'_, R, Q> {
     #[inline(always)]
     fn finish_single(&mut self, number: usize, t: f32, face: u32) {
         self.answers[number] = Q::single_answer(t, face);
+    }
+
+    #[inline(always)]
+    fn finish_double(&mut self, number: usize, hit: Hit) {
+        self.answers[number] = Q::double_answer(hit);
     }
 
     #[inline(always)]
@@ -191,7 +208,7 @@ struct AllRows<'a, R> {
 
 impl<R: Copy + Into<Ray>> Batch for AllRows<'_, R> {
     type Query = AllContacts;
-    const IS_SINGLE: bool = false;
+    const ENDING: Ending = Ending::Alone;
 
     #[inline(always)]
     fn count(&self) -> usize {

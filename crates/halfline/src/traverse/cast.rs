@@ -4,15 +4,27 @@
 //! decided exactly: triangles whose edges the ray nearly touches, that begin or end its range, or that
 //! are as near as the nearest one so far.
 
+use super::hit_lanes::{HitLanes, hits};
 use super::leaf_kernel::test;
 use super::plane_lanes::{LineLanes, single_parameters};
 use super::query::{Query, Search, Shortcut};
 use super::wide_ray::{Parameter, WideRay};
-use crate::geometry::{NO_FACE, Ray, Vec3};
+use crate::geometry::{Hit, NO_FACE, Ray, Vec3};
 use crate::mesh::Mesh;
 use crate::numeric::PreparedRay;
 use crate::simd::{LANES, Simd};
 use crate::tree::{KdTree, LeafBlock};
+
+/// How the answer of a ray is found whose nearest hit is known, but for where it is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Ending {
+    /// By itself.
+    Alone,
+    /// With others: t in single precision.
+    Single,
+    /// With others: t and the weights.
+    Double,
+}
 
 /// A batch: rays by number, and what is asked about each.
 pub trait Batch {
@@ -25,11 +37,14 @@ pub trait Batch {
     /// A ray; those of one number are always the same.
     fn ray(&self, number: usize) -> Ray;
 
-    /// Whether t in single precision is enough for an answer.
-    const IS_SINGLE: bool;
+    /// How answers are found for hits that are known, but for where.
+    const ENDING: Ending;
 
-    /// Takes such an answer.
+    /// Takes the answer of [`Ending::Single`].
     fn finish_single(&mut self, _number: usize, _t: f32, _face: u32) {}
+
+    /// Takes the answer of [`Ending::Double`].
+    fn finish_double(&mut self, _number: usize, _hit: Hit) {}
 
     /// Takes the answer of a walk that met some triangle's line.
     fn finish(&mut self, number: usize, ray: &PreparedRay, query: &mut Self::Query);
@@ -252,7 +267,7 @@ impl<B: Batch> Cast<'_, B> {
         let is_known =
             B::Query::SHORTCUT == Shortcut::Nearest && ray.nearest != NO_FACE && !decision.is_told;
         if is_known {
-            if B::IS_SINGLE {
+            if B::ENDING != Ending::Alone {
                 ended.hits[ended.count % LANES] = (ray.number, ray.nearest, ray.place);
                 ended.count += 1;
                 if ended.count == LANES {
@@ -292,13 +307,26 @@ impl<B: Batch> Cast<'_, B> {
                 ended.lanes[4][axis][lane] = c[axis];
             }
         }
-        let (t, certain) = single_parameters(simd, &ended.lanes);
-        for lane in 0..count {
-            let (number, face, place) = ended.hits[lane];
-            if certain >> lane & 1 == 1 {
-                self.batch.finish_single(number, t[lane], face);
-            } else {
-                self.finish_closely(number, face, place);
+        if B::ENDING == Ending::Single {
+            let (t, certain) = single_parameters(simd, &ended.lanes);
+            for lane in 0..count {
+                let (number, face, place) = ended.hits[lane];
+                if certain >> lane & 1 == 1 {
+                    self.batch.finish_single(number, t[lane], face);
+                } else {
+                    self.finish_closely(number, face, place);
+                }
+            }
+        } else {
+            let HitLanes { t, u, v, known } = hits(simd, &ended.lanes);
+            for lane in 0..count {
+                let (number, face, place) = ended.hits[lane];
+                if known >> lane & 1 == 1 {
+                    let hit = Hit { t: t[lane], face, u: u[lane], v: v[lane] };
+                    self.batch.finish_double(number, hit);
+                } else {
+                    self.finish_closely(number, face, place);
+                }
             }
         }
         ended.count = 0;

@@ -6,6 +6,7 @@ mod bundle;
 mod cast;
 mod caster;
 mod filter_lanes;
+mod hit_lanes;
 mod leaf_kernel;
 mod leaf_test;
 #[cfg(feature = "variants")]

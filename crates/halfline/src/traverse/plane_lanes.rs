@@ -67,14 +67,16 @@ pub fn single_parameters<S: Simd>(simd: S, lanes: &LineLanes) -> ([f32; LANES], 
     (low, certain)
 }
 
+/// The numbers of an axis each.
 #[inline(always)]
-fn load<S: Simd>(simd: S, lanes: &[[f64; LANES]; 3]) -> [Numbers<S>; 3] {
+pub fn load<S: Simd>(simd: S, lanes: &[[f64; LANES]; 3]) -> [Numbers<S>; 3] {
     let wide = simd.doubles();
     [wide.load(&lanes[0]), wide.load(&lanes[1]), wide.load(&lanes[2])]
 }
 
+/// `p - q`.
 #[inline(always)]
-fn minus<S: Simd>(simd: S, p: &[Numbers<S>; 3], q: &[Numbers<S>; 3]) -> [Numbers<S>; 3] {
+pub fn minus<S: Simd>(simd: S, p: &[Numbers<S>; 3], q: &[Numbers<S>; 3]) -> [Numbers<S>; 3] {
     let wide = simd.doubles();
     [wide.minus(p[0], q[0]), wide.minus(p[1], q[1]), wide.minus(p[2], q[2])]
 }

@@ -1,0 +1,190 @@
+//! [`PreparedRay::hit`](crate::numeric::PreparedRay::hit) for eight lines and triangles at once.
+//!
+//! The same operations in the same order, none of them fused, so that u and v have the same bits;
+//! t is the nearest double either way. Directions are as given and not scaled: where all that is
+//! multiplied is neither very large nor very small, and not zero by a rounding, a power of two changes
+//! no bit. The other lines are left open, as are those whose errors leave t or the weights in doubt.
+
+use super::plane_lanes::{LineLanes, load, minus};
+use crate::numeric::{
+    BARYCENTRIC_ERROR, CORRECTION_ERROR, MAX_DETERMINANT_ERROR, POINT_ERROR, WEIGHT_ERROR,
+};
+use crate::simd::{Doubles, LANES, Numbers, Simd};
+
+/// Hits by lane.
+pub struct HitLanes {
+    /// Ray parameters.
+    pub t: [f64; LANES],
+    /// Weights of the second corners.
+    pub u: [f64; LANES],
+    /// And of the third ones.
+    pub v: [f64; LANES],
+    /// A bit for each that is what the scalar way gives.
+    pub known: u32,
+}
+
+/// What is multiplied is zero or in this range.
+const PLAIN_RANGE: std::ops::Range<f64> =
+    f64::from_bits((1023 - 150) << 52)..f64::from_bits((1023 + 150) << 52);
+
+/// So that what is accurate here is accurate for the scalar way as well, whose errors have some more
+/// terms, for underflow.
+const STRICTER: f64 = 1.5;
+
+/// Hits of lines that are known to meet the triangles.
+#[inline(always)]
+pub fn hits<S: Simd>(simd: S, lanes: &LineLanes) -> HitLanes {
+    let wide = simd.doubles();
+    let (zero, one) = (wide.splat(0.0), wide.splat(1.0));
+    let [origin, direction, a, b, c] = [
+        load(simd, &lanes[0]),
+        load(simd, &lanes[1]),
+        load(simd, &lanes[2]),
+        load(simd, &lanes[3]),
+        load(simd, &lanes[4]),
+    ];
+
+    // Take the normal, and the approximate t.
+    let (ab, ac) = (minus(simd, &b, &a), minus(simd, &c, &a));
+    let normal = cross(simd, &ab, &ac);
+    let normal_permanent = permanent(simd, &magnitudes(simd, &ab), &magnitudes(simd, &ac));
+    let determinant = dot(simd, &normal, &direction);
+    let inverse = wide.divided(one, determinant);
+    let speed = magnitudes(simd, &direction);
+    let determinant_permanent = dot(simd, &normal_permanent, &speed);
+    let numerator = dot(simd, &normal, &minus(simd, &a, &origin));
+    let rough = wide.times(numerator, inverse);
+
+    // Take the point there relative to the first corner, and what of it may be wrong.
+    let (mut at, mut reach) = ([zero; 3], [zero; 3]);
+    for axis in 0..3 {
+        let start = two_sum(simd, origin[axis], wide.minus(zero, a[axis]));
+        let step = two_product(simd, rough, direction[axis]);
+        let sum = two_sum(simd, start[0], step[0]);
+        let rest = wide.plus(sum[1], wide.plus(start[1], step[1]));
+        at[axis] = wide.plus(sum[0], rest);
+        let size = wide.plus(wide.magnitude(start[0]), wide.magnitude(step[0]));
+        let error = wide.times(wide.splat(POINT_ERROR), size);
+        reach[axis] = wide.plus(wide.magnitude(at[axis]), error);
+    }
+
+    // Correct t by the distance to the plane, and round it if its error allows.
+    let determinant_error = wide.times(wide.splat(WEIGHT_ERROR), determinant_permanent);
+    let correction = wide.minus(zero, wide.times(dot(simd, &normal, &at), inverse));
+    let twice = wide.times(wide.splat(2.0), wide.magnitude(correction));
+    let error = wide.plus(
+        wide.times(wide.splat(CORRECTION_ERROR), dot(simd, &normal_permanent, &reach)),
+        wide.times(twice, determinant_error),
+    );
+    let steepness = wide.magnitude(inverse);
+    let error = wide.times(wide.times(error, wide.splat(STRICTER)), steepness);
+    let low = wide.plus(rough, wide.minus(correction, error));
+    let high = wide.plus(rough, wide.plus(correction, error));
+
+    // Solve for the weights, with the permanents of both determinants.
+    let p = cross(simd, &direction, &ac);
+    let q = cross(simd, &at, &ab);
+    let u = wide.times(wide.minus(zero, dot(simd, &at, &p)), inverse);
+    let v = wide.times(wide.minus(zero, dot(simd, &direction, &q)), inverse);
+    let p_permanent = permanent(simd, &speed, &magnitudes(simd, &ac));
+    let q_permanent = permanent(simd, &reach, &magnitudes(simd, &ab));
+    let error = wide.plus(
+        wide.plus(dot(simd, &reach, &p_permanent), dot(simd, &speed, &q_permanent)),
+        wide.times(wide.splat(2.0), determinant_permanent),
+    );
+    let error = wide.times(wide.splat(STRICTER * WEIGHT_ERROR), error);
+
+    // A weight of zero may have come out below zero by the error, or as negative zero.
+    let mut hits = HitLanes { t: [0.0; LANES], u: [0.0; LANES], v: [0.0; LANES], known: 0 };
+    wide.store(low, &mut hits.t);
+    wide.store(wide.plus(wide.least(wide.largest(u, zero), one), zero), &mut hits.u);
+    wide.store(wide.plus(wide.least(wide.largest(v, zero), one), zero), &mut hits.v);
+
+    // What is multiplied is zero or of a middle size.
+    let size = wide.magnitude(determinant);
+    let (mut least, mut largest) = (wide.least(wide.magnitude(low), size), size);
+    for axis in 0..3 {
+        for number in [at[axis], ab[axis], ac[axis], direction[axis]] {
+            let size = wide.magnitude(number);
+            largest = wide.largest(size, largest);
+            least = wide.least(wide.if_below(zero, size, size, one), least);
+        }
+        largest = wide.largest(wide.magnitude(origin[axis]), largest);
+    }
+    largest = wide.largest(wide.magnitude(low), largest);
+    let bound = wide.splat(MAX_DETERMINANT_ERROR / STRICTER);
+    let accuracy = wide.times(wide.splat(BARYCENTRIC_ERROR), size);
+    hits.known = wide.are_ordered(high, low)
+        & wide.are_ordered(low, high)
+        & wide.are_below(determinant_error, wide.times(bound, size))
+        & wide.are_below(error, accuracy)
+        & wide.are_below(wide.splat(PLAIN_RANGE.start), least)
+        & wide.are_below(largest, wide.splat(PLAIN_RANGE.end));
+    hits
+}
+
+#[inline(always)]
+fn magnitudes<S: Simd>(simd: S, a: &[Numbers<S>; 3]) -> [Numbers<S>; 3] {
+    let wide = simd.doubles();
+    [wide.magnitude(a[0]), wide.magnitude(a[1]), wide.magnitude(a[2])]
+}
+
+#[inline(always)]
+fn dot<S: Simd>(simd: S, a: &[Numbers<S>; 3], b: &[Numbers<S>; 3]) -> Numbers<S> {
+    let wide = simd.doubles();
+    let xy = wide.plus(wide.times(a[0], b[0]), wide.times(a[1], b[1]));
+    wide.plus(xy, wide.times(a[2], b[2]))
+}
+
+#[inline(always)]
+fn cross<S: Simd>(simd: S, a: &[Numbers<S>; 3], b: &[Numbers<S>; 3]) -> [Numbers<S>; 3] {
+    let wide = simd.doubles();
+    let mut product = *a;
+    for axis in 0..3 {
+        let (next, last) = ((axis + 1) % 3, (axis + 2) % 3);
+        product[axis] = wide.minus(wide.times(a[next], b[last]), wide.times(a[last], b[next]));
+    }
+    product
+}
+
+/// What a cross product would be if nothing cancelled, for vectors without negative components.
+#[inline(always)]
+fn permanent<S: Simd>(simd: S, a: &[Numbers<S>; 3], b: &[Numbers<S>; 3]) -> [Numbers<S>; 3] {
+    let wide = simd.doubles();
+    let mut product = *a;
+    for axis in 0..3 {
+        let (next, last) = ((axis + 1) % 3, (axis + 2) % 3);
+        product[axis] = wide.plus(wide.times(a[next], b[last]), wide.times(a[last], b[next]));
+    }
+    product
+}
+
+/// Knuth's sum and its exact error, as in `numeric/double_double.rs`.
+#[inline(always)]
+fn two_sum<S: Simd>(simd: S, a: Numbers<S>, b: Numbers<S>) -> [Numbers<S>; 2] {
+    let wide = simd.doubles();
+    let sum = wide.plus(a, b);
+    let b_virtual = wide.minus(sum, a);
+    let a_virtual = wide.minus(sum, b_virtual);
+    [sum, wide.plus(wide.minus(a, a_virtual), wide.minus(b, b_virtual))]
+}
+
+/// Dekker's product and its exact error, as there.
+#[inline(always)]
+fn two_product<S: Simd>(simd: S, a: Numbers<S>, b: Numbers<S>) -> [Numbers<S>; 2] {
+    let wide = simd.doubles();
+    let product = wide.times(a, b);
+    let ([a_high, a_low], [b_high, b_low]) = (split(simd, a), split(simd, b));
+    let rest = wide.minus(product, wide.times(a_high, b_high));
+    let rest = wide.minus(rest, wide.times(a_low, b_high));
+    let rest = wide.minus(rest, wide.times(a_high, b_low));
+    [product, wide.minus(wide.times(a_low, b_low), rest)]
+}
+
+#[inline(always)]
+fn split<S: Simd>(simd: S, a: Numbers<S>) -> [Numbers<S>; 2] {
+    let wide = simd.doubles();
+    let c = wide.times(wide.splat(134_217_729.0), a);
+    let high = wide.minus(c, wide.minus(c, a));
+    [high, wide.minus(a, high)]
+}
