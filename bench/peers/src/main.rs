@@ -208,12 +208,8 @@ fn measure(
         let ours_rate = rate(&ours);
         let (theirs, configuration) = best(Kind::Embree);
         let (robust, obvhs) = (best(Kind::RobustEmbree).0, best(Kind::Obvhs).0);
-        println!(
-            "  {:9} {ours_rate:9.2} {theirs:9.2} {:8.2}   {configuration:20} {robust:9.2} {obvhs:9.2}",
-            kind.name,
-            ours_rate / theirs,
-        );
         if plan.is_alone {
+            println!("  {:9} {ours_rate:9.2}", kind.name);
             if !kind.is_any {
                 let rays: Vec<Ray> = rays.iter().map(|&ray| ray.into()).collect();
                 let turns = (0..plan.rounds).map(|_| {
@@ -225,6 +221,11 @@ fn measure(
             }
             continue;
         }
+        println!(
+            "  {:9} {ours_rate:9.2} {theirs:9.2} {:8.2}   {configuration:20} {robust:9.2} {obvhs:9.2}",
+            kind.name,
+            ours_rate / theirs,
+        );
         // How far the turns differ, as a share of the median.
         let spread = |times: &[f64]| {
             let slowest = times.iter().copied().fold(0.0, f64::max);
