@@ -298,7 +298,7 @@ impl<B: Batch> Cast<'_, B> {
                     self.prepare_rays(simd, world, bundle, half, begin..end) << (half * LANES);
             }
         }
-        let is_tried = waiting.failures < 4 || (first / RAYS) % 8 == 0;
+        let is_tried = waiting.failures < 4 || (first / RAYS).is_multiple_of(8);
         if is_tried && waiting.lanes == (1 << RAYS) - 1 && self.can_bundle() {
             if bundle.is_coherent(simd, world) {
                 waiting.failures = 0;
