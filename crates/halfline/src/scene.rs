@@ -12,7 +12,7 @@ use crate::simd::Level;
 use crate::traverse;
 #[cfg(feature = "variants")]
 pub use crate::traverse::PlainCaster;
-pub use crate::traverse::{AllHits, Caster, LeafVerdict, RayCounters};
+pub use crate::traverse::{AllHits, BatchRay, Caster, LeafVerdict, RayCounters};
 use crate::tree::{KdTree, LeafBlock, TreeStatistics};
 
 /// A mesh and the kd-tree over it.
@@ -163,7 +163,7 @@ impl Scene {
     }
 
     /// For each ray whether it hits anything, in parallel; rays may be in either precision.
-    pub fn occluded<R: Copy + Into<Ray> + Sync>(&self, rays: &[R]) -> Vec<bool> {
+    pub fn occluded<R: BatchRay>(&self, rays: &[R]) -> Vec<bool> {
         unobserved(self.occluded_observed(rays, &Silent))
     }
 
@@ -171,16 +171,16 @@ impl Scene {
     ///
     /// # Errors
     /// [`Error::Interrupted`](crate::Error::Interrupted).
-    pub fn occluded_observed<R: Copy + Into<Ray> + Sync>(
+    pub fn occluded_observed<R: BatchRay>(
         &self,
         rays: &[R],
         observer: &dyn Observer,
     ) -> Result<Vec<bool>> {
-        traverse::occluded(self.target(), rays, observer)
+        R::occluded(self.target(), rays, observer)
     }
 
     /// All hits of each ray, in parallel, sorted by t and then by face: as [`Scene::all`].
-    pub fn intersect_all<R: Copy + Into<Ray> + Sync>(&self, rays: &[R]) -> AllHits {
+    pub fn intersect_all<R: BatchRay>(&self, rays: &[R]) -> AllHits {
         unobserved(self.intersect_all_observed(rays, &Silent))
     }
 
@@ -188,16 +188,16 @@ impl Scene {
     ///
     /// # Errors
     /// [`Error::Interrupted`](crate::Error::Interrupted).
-    pub fn intersect_all_observed<R: Copy + Into<Ray> + Sync>(
+    pub fn intersect_all_observed<R: BatchRay>(
         &self,
         rays: &[R],
         observer: &dyn Observer,
     ) -> Result<AllHits> {
-        traverse::intersect_all(self.target(), rays, observer)
+        R::intersect_all(self.target(), rays, observer)
     }
 
     /// How many hits each ray has, in parallel: the lengths of the rows of [`Scene::intersect_all`].
-    pub fn count_intersections<R: Copy + Into<Ray> + Sync>(&self, rays: &[R]) -> Vec<usize> {
+    pub fn count_intersections<R: BatchRay>(&self, rays: &[R]) -> Vec<usize> {
         unobserved(self.count_intersections_observed(rays, &Silent))
     }
 
@@ -206,12 +206,12 @@ impl Scene {
     ///
     /// # Errors
     /// [`Error::Interrupted`](crate::Error::Interrupted).
-    pub fn count_intersections_observed<R: Copy + Into<Ray> + Sync>(
+    pub fn count_intersections_observed<R: BatchRay>(
         &self,
         rays: &[R],
         observer: &dyn Observer,
     ) -> Result<Vec<usize>> {
-        traverse::count_intersections(self.target(), rays, observer)
+        R::count(self.target(), rays, observer)
     }
 
     /// The point of a hit, from which rays can start that do not hit the same face again:

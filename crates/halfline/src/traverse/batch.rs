@@ -189,7 +189,7 @@ pub fn intersect_single(
 }
 
 /// For each ray whether it hits anything.
-pub fn occluded<R: Copy + Into<Ray> + Sync>(
+fn cast_any<R: Copy + Into<Ray> + Sync>(
     target: Target,
     rays: &[R],
     observer: &dyn Observer,
@@ -250,7 +250,7 @@ fn cast_all<R: Copy + Into<Ray> + Sync, A: Send>(
 }
 
 /// All hits of each ray.
-pub fn intersect_all<R: Copy + Into<Ray> + Sync>(
+fn cast_for_hits<R: Copy + Into<Ray> + Sync>(
     target: Target,
     rays: &[R],
     observer: &dyn Observer,
@@ -270,11 +270,59 @@ pub fn intersect_all<R: Copy + Into<Ray> + Sync>(
 }
 
 /// How many hits each ray has.
-pub fn count_intersections<R: Copy + Into<Ray> + Sync>(
+fn cast_for_counts<R: Copy + Into<Ray> + Sync>(
     target: Target,
     rays: &[R],
     observer: &dyn Observer,
 ) -> Result<Vec<usize>> {
     let chunks = cast_all(target, rays, observer, |rows| rows.places)?;
     Ok(chunks.into_iter().flatten().map(|place| place.len()).collect())
+}
+
+/// A ray in either precision. The engine is compiled for both of them here, and not again wherever it
+/// is used.
+pub trait BatchRay: Copy + Into<Ray> + Sync {
+    /// For each ray whether it hits anything.
+    #[doc(hidden)]
+    fn occluded(target: Target, rays: &[Self], observer: &dyn Observer) -> Result<Vec<bool>>;
+
+    /// All hits of each ray.
+    #[doc(hidden)]
+    fn intersect_all(target: Target, rays: &[Self], observer: &dyn Observer) -> Result<AllHits>;
+
+    /// How many hits each ray has.
+    #[doc(hidden)]
+    fn count(target: Target, rays: &[Self], observer: &dyn Observer) -> Result<Vec<usize>>;
+}
+
+impl BatchRay for Ray {
+    fn occluded(target: Target, rays: &[Ray], observer: &dyn Observer) -> Result<Vec<bool>> {
+        cast_any(target, rays, observer)
+    }
+
+    fn intersect_all(target: Target, rays: &[Ray], observer: &dyn Observer) -> Result<AllHits> {
+        cast_for_hits(target, rays, observer)
+    }
+
+    fn count(target: Target, rays: &[Ray], observer: &dyn Observer) -> Result<Vec<usize>> {
+        cast_for_counts(target, rays, observer)
+    }
+}
+
+impl BatchRay for SingleRay {
+    fn occluded(target: Target, rays: &[SingleRay], observer: &dyn Observer) -> Result<Vec<bool>> {
+        cast_any(target, rays, observer)
+    }
+
+    fn intersect_all(
+        target: Target,
+        rays: &[SingleRay],
+        observer: &dyn Observer,
+    ) -> Result<AllHits> {
+        cast_for_hits(target, rays, observer)
+    }
+
+    fn count(target: Target, rays: &[SingleRay], observer: &dyn Observer) -> Result<Vec<usize>> {
+        cast_for_counts(target, rays, observer)
+    }
 }

@@ -18,9 +18,7 @@ mod slab;
 mod walk;
 mod wide_ray;
 
-pub use batch::{
-    AllHits, Target, count_intersections, intersect, intersect_all, intersect_single, occluded,
-};
+pub use batch::{AllHits, BatchRay, Target, intersect, intersect_single};
 pub use caster::Caster;
 pub use leaf_kernel::{LeafVerdict, leaf_verdict};
 #[cfg(feature = "variants")]
