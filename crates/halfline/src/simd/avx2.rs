@@ -4,7 +4,7 @@
 
 use std::arch::x86_64::*;
 
-use super::{Doubles, EXPONENT_BITS, Job, LANES, LINE, Simd};
+use super::{Doubles, EXPONENT_BITS, Job, LANES, LINE, Simd, WORDS};
 
 /// The witness: exists only inside of [`run`] and of what has more instructions.
 #[derive(Clone, Copy)]
@@ -160,6 +160,24 @@ impl Simd for Avx2 {
             _mm256_storeu_si256(kept.as_mut_ptr().cast(), words);
             mask.count_ones() as usize
         }
+    }
+
+    #[inline(always)]
+    fn words_below(self, words: &[u32; WORDS], limit: u32) -> u32 {
+        // Comparisons are of signed numbers only: move both by half of the range.
+        let half = i32::MIN;
+        let mut bits = 0;
+        for (part, words) in words.chunks_exact(LANES).enumerate() {
+            // SAFETY: the witness stands for the instructions; a chunk is as long as the load.
+            unsafe {
+                let words = _mm256_loadu_si256(words.as_ptr().cast());
+                let words = _mm256_xor_si256(words, _mm256_set1_epi32(half));
+                let limit = _mm256_set1_epi32(limit as i32 ^ half);
+                let below = _mm256_castsi256_ps(_mm256_cmpgt_epi32(limit, words));
+                bits |= (_mm256_movemask_ps(below) as u32) << (part * LANES);
+            }
+        }
+        bits
     }
 
     type Wide = Avx2Doubles;

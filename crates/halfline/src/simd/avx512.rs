@@ -6,7 +6,7 @@
 use std::arch::x86_64::*;
 
 use super::avx2::Avx2;
-use super::{Doubles, EXPONENT_BITS, Job, LANES, Simd};
+use super::{Doubles, EXPONENT_BITS, Job, LANES, Simd, WORDS};
 
 /// The witness: exists only inside of [`run`].
 #[derive(Clone, Copy)]
@@ -118,6 +118,20 @@ impl Simd for Avx512 {
             _mm256_storeu_si256(kept.as_mut_ptr().cast(), words);
             mask.count_ones() as usize
         }
+    }
+
+    #[inline(always)]
+    fn words_below(self, words: &[u32; WORDS], limit: u32) -> u32 {
+        let mut bits = 0;
+        for (part, words) in words.chunks_exact(2 * LANES).enumerate() {
+            // SAFETY: the witness stands for the instructions; a chunk is as long as the load.
+            unsafe {
+                let words = _mm512_loadu_si512(words.as_ptr().cast());
+                let below = _mm512_cmplt_epu32_mask(words, _mm512_set1_epi32(limit as i32));
+                bits |= u32::from(below) << (part * 2 * LANES);
+            }
+        }
+        bits
     }
 
     type Wide = Avx512Doubles;

@@ -17,6 +17,9 @@ use crate::error::{Error, Result};
 /// Lanes of a vector, children of a node, triangles of a leaf.
 pub const LANES: usize = 8;
 
+/// Words that are looked at together.
+pub const WORDS: usize = 32;
+
 /// Bytes of a cache line.
 const LINE: usize = 64;
 
@@ -77,6 +80,9 @@ pub(crate) trait Simd: Copy + Send + Sync {
         nears: &mut [f32; LANES],
         kept: &mut [u32; LANES],
     ) -> usize;
+
+    /// A bit for each word below `limit`.
+    fn words_below(self, words: &[u32; WORDS], limit: u32) -> u32;
 
     /// The same instructions on doubles.
     type Wide: Doubles;

@@ -1,6 +1,6 @@
 //! No instruction set in particular: loops over lanes, which compilers vectorise.
 
-use super::{Doubles, EXPONENT_BITS, LANES, Simd};
+use super::{Doubles, EXPONENT_BITS, LANES, Simd, WORDS};
 
 /// The witness that needs nothing.
 #[derive(Clone, Copy)]
@@ -107,6 +107,11 @@ impl Simd for Portable {
             count += usize::from(near[lane] <= far[lane]);
         }
         count
+    }
+
+    #[inline(always)]
+    fn words_below(self, words: &[u32; WORDS], limit: u32) -> u32 {
+        (0..WORDS).fold(0, |bits, i| bits | u32::from(words[i] < limit) << i)
     }
 
     type Wide = PortableDoubles;

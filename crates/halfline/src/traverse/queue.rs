@@ -21,55 +21,77 @@
 use super::bundle::{Bundle, RAYS};
 use super::cast::{Batch, Candidates, Cast, Decision, Ended, RayState};
 use super::wide_ray::World;
-use crate::simd::{Job, LANES, Simd};
+use crate::simd::{Job, LANES, Simd, WORDS};
 use crate::tree::{KdTree, LeafBlock, WideNode, Word};
 
-/// Rays under way at a time.
-const SLOTS: usize = 32;
+/// Rays under way at a time, each in a slot.
+const SLOTS: usize = WORDS;
 
 /// All lanes, the first first, as [`Simd::push`] takes them.
 const IN_ORDER: u32 = 0o76_543_210;
 
-/// What waits on the walk of one ray. Writes are eight wide, so there is that much room at the end.
-struct Stack {
+/// What waits on the walks of all slots, each in a part of its own. Writes are eight wide, so there is
+/// that much room at the end of each.
+struct Stacks {
     words: Vec<u32>,
     /// Where the ray enters what waits, at least.
     nears: Vec<f32>,
-    waiting: usize,
+    /// For each slot the place after the last that waits.
+    ends: [usize; SLOTS],
+    /// Places for each slot.
+    room: usize,
 }
 
-impl Stack {
-    fn new(most_waiting: usize) -> Stack {
+impl Stacks {
+    fn new(most_waiting: usize) -> Stacks {
         // The end of the walk waits below everything else.
         let room = most_waiting + 1 + LANES;
-        Stack { words: vec![Word::END.0; room], nears: vec![f32::NEG_INFINITY; room], waiting: 1 }
+        let words = vec![Word::END.0; room * SLOTS];
+        let nears = vec![f32::NEG_INFINITY; room * SLOTS];
+        Stacks { words, nears, ends: std::array::from_fn(|slot| slot * room + 1), room }
     }
 
-    /// The eight places from the first free one on.
+    /// The eight places after the last that waits.
     #[inline(always)]
-    fn free(&mut self) -> (&mut [f32; LANES], &mut [u32; LANES]) {
-        let nears = self.nears[self.waiting..].first_chunk_mut();
-        let words = self.words[self.waiting..].first_chunk_mut();
+    fn free(&mut self, slot: usize) -> (&mut [f32; LANES], &mut [u32; LANES]) {
+        let end = self.ends[slot];
+        let nears = self.nears[end..].first_chunk_mut();
+        let words = self.words[end..].first_chunk_mut();
         let (Some(nears), Some(words)) = (nears, words) else {
             unreachable!("the builder bounds what waits")
         };
         (nears, words)
     }
 
+    /// Takes up what waits last, after so many more have been put there.
     #[inline(always)]
-    fn pop(&mut self) -> Word {
-        self.waiting -= 1;
-        Word(self.words[self.waiting])
+    fn pop_after(&mut self, slot: usize, pushed: usize) -> u32 {
+        let last = self.ends[slot] + pushed - 1;
+        self.ends[slot] = last;
+        self.words[last]
+    }
+
+    /// Begins a walk on which so much waits.
+    #[inline(always)]
+    fn restart(&mut self, slot: usize, waiting: usize) {
+        self.ends[slot] = slot * self.room + 1 + waiting;
+    }
+
+    /// The places for what waits above the end of the walk.
+    fn places(&mut self, slot: usize) -> (&mut [f32], &mut [u32]) {
+        let places = slot * self.room + 1..(slot + 1) * self.room;
+        (&mut self.nears[places.clone()], &mut self.words[places])
     }
 
     /// Drops what is entered beyond `limit`, eight at a time.
     #[inline(always)]
-    fn drop_beyond<S: Simd>(&mut self, simd: S, limit: f32) {
+    fn drop_beyond<S: Simd>(&mut self, simd: S, slot: usize, limit: f32) {
         // What lies beyond the last that waits is dropped too.
-        self.free().0.fill(f32::INFINITY);
+        self.free(slot).0.fill(f32::INFINITY);
         let limit = simd.splat(limit.min(f32::MAX));
-        let (mut kept, mut first) = (1, 1);
-        while first < self.waiting {
+        let begin = slot * self.room + 1;
+        let (mut kept, mut first) = (begin, begin);
+        while first < self.ends[slot] {
             let nears = self.nears[first..].first_chunk().copied();
             let words = self.words[first..].first_chunk().copied();
             let (Some(nears), Some(words)) = (nears, words) else {
@@ -84,49 +106,19 @@ impl Stack {
             kept += simd.push(near, limit, &words, IN_ORDER, free_nears, free_words);
             first += LANES;
         }
-        self.waiting = kept;
+        self.ends[slot] = kept;
     }
 }
 
-/// A ray and what waits for it.
-struct Walk {
-    ray: RayState,
-    /// What comes next.
-    word: Word,
-    stack: Stack,
-}
-
-/// Slots by what their rays wait for: the kind of the [`Word`] that is next.
-struct Queues {
-    slots: [[u8; ROOM]; 4],
-    lengths: [usize; 4],
-}
-
-/// Room in a queue, a power of two, so that no index can be out of bounds.
-const ROOM: usize = 2 * SLOTS;
-
-impl Queues {
-    const EMPTY: Queues = Queues { slots: [[0; ROOM]; 4], lengths: [0; 4] };
-
-    /// No branch depends on the ray.
-    #[inline(always)]
-    fn push(&mut self, slot: u8, word: Word) {
-        let kind = word.kind();
-        let length = &mut self.lengths[kind];
-        self.slots[kind][*length % ROOM] = slot;
-        *length += 1;
+/// The slots of a mask, the first first.
+#[inline(always)]
+fn next_slot(mask: &mut u32) -> Option<usize> {
+    if *mask == 0 {
+        return None;
     }
-
-    /// The slots of a kind.
-    #[inline(always)]
-    fn of(&self, kind: usize) -> &[u8] {
-        &self.slots[kind][..self.lengths[kind].min(ROOM)]
-    }
-
-    #[inline(always)]
-    fn are_empty(&self) -> bool {
-        self.lengths == [0; 4]
-    }
+    let slot = mask.trailing_zeros() as usize % SLOTS;
+    *mask &= *mask - 1;
+    Some(slot)
 }
 
 /// Rays that wait for slots.
@@ -163,76 +155,74 @@ impl<B: Batch> Job for Cast<'_, B> {
         };
 
         // Slots without a ray stand where those stand whose rays have come to an end.
-        let mut walks: Vec<Walk> = Vec::with_capacity(SLOTS);
-        let mut decisions: Vec<Decision<B::Query>> = Vec::with_capacity(SLOTS);
-        let (mut now, mut next) =
-            (&mut Queues { ..Queues::EMPTY }, &mut Queues { ..Queues::EMPTY });
-        for slot in 0..SLOTS {
-            let stack = Stack::new(tree.wide.most_waiting);
-            walks.push(Walk { ray: RayState::none(), word: Word::END, stack });
-            decisions.push(Decision::new());
-            now.push(slot as u8, Word::END);
-        }
-        let mut hits = [(0, Candidates::default()); ROOM];
+        let mut stacks = Stacks::new(tree.wide.most_waiting);
+        let mut words = [Word::END.0; SLOTS];
+        let mut rays: Vec<RayState> = vec![RayState::none(); SLOTS];
+        let mut decisions: Vec<Decision<B::Query>> = (0..SLOTS).map(|_| Decision::new()).collect();
+        let (Some(rays), Some(decisions)) =
+            (rays.first_chunk_mut::<SLOTS>(), decisions.first_chunk_mut::<SLOTS>())
+        else {
+            unreachable!("there are that many")
+        };
+        let mut hits = [(0, Candidates::default()); SLOTS];
 
-        while !now.are_empty() {
-            // Let every ray at a node take a step.
-            for &slot in now.of(Word::INNER) {
-                let walk = &mut walks[usize::from(slot)];
-                let node = &tree.wide.nodes[walk.word.index()];
-                let (nears, words) = walk.stack.free();
-                walk.stack.waiting += walk.ray.wide.push_children(simd, node, nears, words);
-                walk.word = walk.stack.pop();
-                memory.prefetch(simd, walk.word);
+        loop {
+            // Divide the slots by what is next.
+            let inner = simd.words_below(&words, Word::FIRST_LEAF);
+            let leaves = simd.words_below(&words, Word::END.0) & !inner;
+            let ended = simd.words_below(&words, Word::IDLE.0) & !(inner | leaves);
+            if inner | leaves | ended == 0 {
+                break;
             }
-            for &slot in now.of(Word::INNER) {
-                next.push(slot, walks[usize::from(slot)].word);
+
+            // Let every ray at a node take a step.
+            let mut rest = inner;
+            while let Some(slot) = next_slot(&mut rest) {
+                let node = &tree.wide.nodes[Word(words[slot]).index()];
+                let (nears, free) = stacks.free(slot);
+                let pushed = rays[slot].wide.push_children(simd, node, nears, free);
+                words[slot] = stacks.pop_after(slot, pushed);
+                memory.prefetch(simd, Word(words[slot]));
             }
 
             // And every ray at a leaf: most have no candidates there, and take up what is next.
-            let mut count = 0;
-            for &slot in now.of(Word::LEAF) {
-                let walk = &mut walks[usize::from(slot)];
-                let (hit, candidates) = &mut hits[count % ROOM];
-                candidates.find(simd, &walk.ray, &tree.leaves.blocks[walk.word.index()]);
-                *hit = slot;
+            let (mut rest, mut count) = (leaves, 0);
+            while let Some(slot) = next_slot(&mut rest) {
+                let (hit, candidates) = &mut hits[count % SLOTS];
+                let block = &tree.leaves.blocks[Word(words[slot]).index()];
+                candidates.find(simd, &rays[slot], block);
+                *hit = slot as u8;
                 let is_hit = candidates.open != 0;
                 count += usize::from(is_hit);
-                walk.stack.waiting -= usize::from(!is_hit);
-                let word = Word(walk.stack.words[walk.stack.waiting]);
-                walk.word = if is_hit { walk.word } else { word };
-                memory.prefetch(simd, walk.word);
+                let next = stacks.words[stacks.ends[slot] - 1];
+                stacks.ends[slot] -= usize::from(!is_hit);
+                words[slot] = if is_hit { words[slot] } else { next };
+                memory.prefetch(simd, Word(words[slot]));
             }
-            for (slot, candidates) in &hits[..count.min(ROOM)] {
-                let slot = *slot;
-                let walk = &mut walks[usize::from(slot)];
-                let before = walk.ray.wide.limit;
-                let decision = &mut decisions[usize::from(slot)];
-                if self.decide(&mut walk.ray, decision, candidates, walk.word.index()) {
-                    walk.word = Word::END;
+            for (slot, candidates) in &hits[..count] {
+                let slot = usize::from(*slot) % SLOTS;
+                let ray = &mut rays[slot];
+                let before = ray.wide.limit;
+                let index = Word(words[slot]).index();
+                if self.decide(ray, &mut decisions[slot], candidates, index) {
+                    words[slot] = Word::END.0;
                 } else {
-                    if walk.ray.wide.limit < before {
-                        walk.stack.drop_beyond(simd, walk.ray.wide.limit);
+                    if ray.wide.limit < before {
+                        stacks.drop_beyond(simd, slot, ray.wide.limit);
                     }
-                    walk.word = walk.stack.pop();
-                    memory.prefetch(simd, walk.word);
+                    words[slot] = stacks.pop_after(slot, 0);
+                    memory.prefetch(simd, Word(words[slot]));
                 }
-            }
-            for &slot in now.of(Word::LEAF) {
-                next.push(slot, walks[usize::from(slot)].word);
             }
 
             // Take the answers of those that came to an end, and let others begin.
-            for &slot in now.of(Word::ENDED) {
-                let (walk, decision) =
-                    (&mut walks[usize::from(slot)], &mut decisions[usize::from(slot)]);
-                self.finish(simd, &walk.ray, decision, &mut waiting.ended);
-                if self.next_ray(simd, &world, memory, &mut waiting, walk, decision) {
-                    next.push(slot, walk.word);
-                }
+            let mut rest = ended;
+            while let Some(slot) = next_slot(&mut rest) {
+                let (ray, decision) = (&mut rays[slot], &mut decisions[slot]);
+                self.finish(simd, ray, decision, &mut waiting.ended);
+                words[slot] =
+                    self.next_ray(simd, &world, memory, &mut waiting, ray, decision, &mut stacks, slot).0;
             }
-            now.lengths = [0; 4];
-            std::mem::swap(&mut now, &mut next);
         }
         self.finish_ended(simd, &mut waiting.ended);
         self.batch
@@ -240,20 +230,24 @@ impl<B: Batch> Job for Cast<'_, B> {
 }
 
 impl<B: Batch> Cast<'_, B> {
-    /// Gives a slot the next ray that meets the root's box; false if there is none.
+    /// Gives a slot the next ray that meets the root's box, and returns where it begins; the end if
+    /// there is none.
     #[inline(always)]
+    #[allow(clippy::too_many_arguments)]
     fn next_ray<S: Simd>(
         &mut self,
         simd: S,
         world: &World,
         memory: Memory,
         waiting: &mut Waiting<B::Query>,
-        walk: &mut Walk,
+        ray: &mut RayState,
         decision: &mut Decision<B::Query>,
-    ) -> bool {
+        stacks: &mut Stacks,
+        slot: usize,
+    ) -> Word {
         while waiting.lanes == 0 {
             if waiting.next >= self.batch.count() {
-                return false;
+                return Word::IDLE;
             }
             self.next_group(simd, world, memory, waiting);
         }
@@ -261,18 +255,18 @@ impl<B: Batch> Cast<'_, B> {
         waiting.lanes &= waiting.lanes - 1;
         let bundle = &mut waiting.bundle;
         if waiting.is_under_way {
-            std::mem::swap(&mut walk.ray, &mut bundle.rays[lane]);
+            std::mem::swap(ray, &mut bundle.rays[lane]);
             std::mem::swap(decision, &mut bundle.decisions[lane]);
-            walk.stack.waiting =
-                1 + bundle.copy_waiting(&mut walk.stack.words[1..], &mut walk.stack.nears[1..]);
-            walk.word = walk.stack.pop();
+            let (nears, words) = stacks.places(slot);
+            let count = bundle.copy_waiting(words, nears);
+            stacks.restart(slot, count);
+            Word(stacks.pop_after(slot, 0))
         } else {
             let (wide, parameter) = bundle.groups[lane / LANES].lane(lane % LANES);
-            walk.ray.restart(simd, bundle.first + lane, wide, parameter);
-            walk.stack.waiting = 1;
-            walk.word = self.tree.wide.root;
+            ray.restart(simd, bundle.first + lane, wide, parameter);
+            stacks.restart(slot, 0);
+            self.tree.wide.root
         }
-        true
     }
 
     /// Prepares the next rays, and casts them as a bundle if they are alike.

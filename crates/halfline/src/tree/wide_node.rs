@@ -16,16 +16,18 @@ impl Word {
     /// No child: its box is empty, so it is never met; on a stack the end of the walk.
     pub const END: Word = Word((Word::ENDED as u32) << KIND_SHIFT);
 
-    /// The kind of an inner node.
-    pub const INNER: usize = 0;
-    /// That of a leaf.
-    pub const LEAF: usize = 1;
-    /// And that of the end.
-    pub const ENDED: usize = 2;
+    /// In a slot without a ray.
+    pub const IDLE: Word = Word(3 << KIND_SHIFT);
 
-    /// One of the kinds above, or 3.
+    /// Words below this are inner nodes; leaves are those from it to [`Word::END`].
+    pub const FIRST_LEAF: u32 = (Word::LEAF as u32) << KIND_SHIFT;
+
+    const INNER: usize = 0;
+    const LEAF: usize = 1;
+    const ENDED: usize = 2;
+
     #[inline(always)]
-    pub fn kind(self) -> usize {
+    fn kind(self) -> usize {
         (self.0 >> KIND_SHIFT) as usize
     }
 
