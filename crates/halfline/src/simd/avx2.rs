@@ -4,7 +4,7 @@
 
 use std::arch::x86_64::*;
 
-use super::{Doubles, EXPONENT_BITS, Job, LANES, LINE, Simd, WORDS};
+use super::{Doubles, EXPONENT_BITS, Job, LANES, LINE, POWER_AND_INVERSE, Simd, WORDS};
 
 /// The witness: exists only inside of [`run`] and of what has more instructions.
 #[derive(Clone, Copy)]
@@ -194,6 +194,21 @@ impl Simd for Avx2 {
     }
 
     #[inline(always)]
+    fn widen(self, a: __m256) -> [__m256d; 2] {
+        // SAFETY: the witness stands for the instructions.
+        unsafe {
+            let (low, high) = (_mm256_castps256_ps128(a), _mm256_extractf128_ps::<1>(a));
+            [_mm256_cvtps_pd(low), _mm256_cvtps_pd(high)]
+        }
+    }
+
+    #[inline(always)]
+    fn if_below(self, a: __m256, b: __m256, x: __m256, y: __m256) -> __m256 {
+        // SAFETY: the witness stands for the instructions.
+        unsafe { _mm256_blendv_ps(y, x, _mm256_cmp_ps::<_CMP_LT_OQ>(a, b)) }
+    }
+
+    #[inline(always)]
     fn transposed(self, [a, b, c, d, e, f, g, h]: [__m256; LANES]) -> [__m256; LANES] {
         // SAFETY: the witness stands for the instructions.
         unsafe {
@@ -306,6 +321,16 @@ impl Doubles for Avx2Doubles {
         unsafe {
             let bits = _mm256_set1_pd(f64::from_bits(EXPONENT_BITS));
             [_mm256_and_pd(bits, a[0]), _mm256_and_pd(bits, a[1])]
+        }
+    }
+
+    #[inline(always)]
+    fn inverse_power(self, a: [__m256d; 2]) -> [__m256d; 2] {
+        // SAFETY: the witness stands for the instructions.
+        unsafe {
+            let sum = _mm256_set1_epi64x(POWER_AND_INVERSE as i64);
+            let inverse = |a| _mm256_castsi256_pd(_mm256_sub_epi64(sum, _mm256_castpd_si256(a)));
+            [inverse(a[0]), inverse(a[1])]
         }
     }
 

@@ -6,7 +6,7 @@
 use std::arch::x86_64::*;
 
 use super::avx2::Avx2;
-use super::{Doubles, EXPONENT_BITS, Job, LANES, Simd, WORDS};
+use super::{Doubles, EXPONENT_BITS, Job, LANES, POWER_AND_INVERSE, Simd, WORDS};
 
 /// The witness: exists only inside of [`run`].
 #[derive(Clone, Copy)]
@@ -148,6 +148,18 @@ impl Simd for Avx512 {
     }
 
     #[inline(always)]
+    fn widen(self, a: __m256) -> __m512d {
+        // SAFETY: the witness stands for the instructions.
+        unsafe { _mm512_cvtps_pd(a) }
+    }
+
+    #[inline(always)]
+    fn if_below(self, a: __m256, b: __m256, x: __m256, y: __m256) -> __m256 {
+        // SAFETY: the witness stands for the instructions.
+        unsafe { _mm256_mask_blend_ps(_mm256_cmp_ps_mask::<_CMP_LT_OQ>(a, b), y, x) }
+    }
+
+    #[inline(always)]
     fn transposed(self, rows: [__m256; LANES]) -> [__m256; LANES] {
         self.0.transposed(rows)
     }
@@ -223,6 +235,15 @@ impl Doubles for Avx512Doubles {
     fn power(self, a: __m512d) -> __m512d {
         // SAFETY: the witness stands for the instructions.
         unsafe { _mm512_and_pd(a, _mm512_set1_pd(f64::from_bits(EXPONENT_BITS))) }
+    }
+
+    #[inline(always)]
+    fn inverse_power(self, a: __m512d) -> __m512d {
+        // SAFETY: the witness stands for the instructions.
+        unsafe {
+            let sum = _mm512_set1_epi64(POWER_AND_INVERSE as i64);
+            _mm512_castsi512_pd(_mm512_sub_epi64(sum, _mm512_castpd_si512(a)))
+        }
     }
 
     #[inline(always)]

@@ -93,6 +93,18 @@ pub(crate) trait Simd: Copy + Send + Sync {
     /// The nearest single-precision numbers.
     fn narrow(self, a: <Self::Wide as Doubles>::Numbers) -> Self::Floats;
 
+    /// The same numbers as doubles.
+    fn widen(self, a: Self::Floats) -> <Self::Wide as Doubles>::Numbers;
+
+    /// `x` where `a < b`, else `y`.
+    fn if_below(
+        self,
+        a: Self::Floats,
+        b: Self::Floats,
+        x: Self::Floats,
+        y: Self::Floats,
+    ) -> Self::Floats;
+
     /// Rows for columns.
     fn transposed(self, rows: [Self::Floats; LANES]) -> [Self::Floats; LANES];
 
@@ -136,6 +148,9 @@ pub(crate) trait Doubles: Copy {
     /// The largest power of two that is no larger in magnitude, for normal numbers.
     fn power(self, a: Self::Numbers) -> Self::Numbers;
 
+    /// The inverse of a power of two, if both are normal numbers.
+    fn inverse_power(self, a: Self::Numbers) -> Self::Numbers;
+
     /// The smaller of two numbers; the second if one is NaN.
     fn least(self, a: Self::Numbers, b: Self::Numbers) -> Self::Numbers;
 
@@ -163,6 +178,9 @@ pub(crate) type Numbers<S> = <<S as Simd>::Wide as Doubles>::Numbers;
 
 /// The bits of a double's exponent.
 const EXPONENT_BITS: u64 = 0x7ff << 52;
+
+/// The bits of a power of two and of its inverse add up to this.
+const POWER_AND_INVERSE: u64 = 2046 << 52;
 
 /// Work that is compiled for every instruction set.
 pub(crate) trait Job {

@@ -1,6 +1,6 @@
 //! No instruction set in particular: loops over lanes, which compilers vectorise.
 
-use super::{Doubles, EXPONENT_BITS, LANES, Simd, WORDS};
+use super::{Doubles, EXPONENT_BITS, LANES, POWER_AND_INVERSE, Simd, WORDS};
 
 /// The witness that needs nothing.
 #[derive(Clone, Copy)]
@@ -127,6 +127,22 @@ impl Simd for Portable {
     }
 
     #[inline(always)]
+    fn widen(self, a: [f32; LANES]) -> [f64; LANES] {
+        each_double(|lane| f64::from(a[lane]))
+    }
+
+    #[inline(always)]
+    fn if_below(
+        self,
+        a: [f32; LANES],
+        b: [f32; LANES],
+        x: [f32; LANES],
+        y: [f32; LANES],
+    ) -> [f32; LANES] {
+        each(|lane| if a[lane] < b[lane] { x[lane] } else { y[lane] })
+    }
+
+    #[inline(always)]
     fn transposed(self, rows: [[f32; LANES]; LANES]) -> [[f32; LANES]; LANES] {
         let mut columns = [[0.0; LANES]; LANES];
         for row in 0..LANES {
@@ -205,6 +221,11 @@ impl Doubles for PortableDoubles {
     #[inline(always)]
     fn power(self, a: [f64; LANES]) -> [f64; LANES] {
         each_double(|lane| f64::from_bits(a[lane].to_bits() & EXPONENT_BITS))
+    }
+
+    #[inline(always)]
+    fn inverse_power(self, a: [f64; LANES]) -> [f64; LANES] {
+        each_double(|lane| f64::from_bits(POWER_AND_INVERSE.wrapping_sub(a[lane].to_bits())))
     }
 
     #[inline(always)]

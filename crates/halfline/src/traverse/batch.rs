@@ -6,12 +6,13 @@ use rayon::prelude::*;
 
 use super::cast::{Batch, Cast, Ending};
 use super::query::{AllContacts, AnyHit, ClosestHit, Query};
+use super::ray_group::{RayLanes, RayRows};
 use crate::error::Result;
 use crate::geometry::{Hit, Ray, SingleHit, SingleRay};
 use crate::mesh::Mesh;
 use crate::numeric::PreparedRay;
 use crate::progress::{Observer, SharedProgress, Stage};
-use crate::simd::Level;
+use crate::simd::{Level, Simd};
 use crate::tree::KdTree;
 
 /// Rays that one task casts: about a millisecond of work, and many to each slot of the queues.
@@ -116,7 +117,7 @@ struct Rows<'a, R, Q: Question> {
     answers: &'a mut [Q::Answer],
 }
 
-impl<R: Copy + Into<Ray>, Q: Question> Batch for Rows<'_, R, Q> {
+impl<R: RayRows, Q: Question> Batch for Rows<'_, R, Q> {
     type Query = Q::Query;
     const ENDING: Ending = Q::ENDING;
 
@@ -128,6 +129,11 @@ impl<R: Copy + Into<Ray>, Q: Question> Batch for Rows<'_, R, Q> {
     #[inline(always)]
     fn ray(&self, number: usize) -> Ray {
         self.rays[number].into()
+    }
+
+    #[inline(always)]
+    fn lanes<S: Simd>(&self, simd: S, numbers: Range<usize>) -> RayLanes<S> {
+        R::lanes(simd, &self.rays[numbers])
     }
 
     #[inline(always)]
@@ -147,7 +153,7 @@ impl<R: Copy + Into<Ray>, Q: Question> Batch for Rows<'_, R, Q> {
 }
 
 /// Casts each ray and puts its answer into the same place of the result.
-fn cast<R: Copy + Into<Ray> + Sync, Q: Question>(
+fn cast<R: RayRows + Sync, Q: Question>(
     Target { tree, mesh, level }: Target,
     rays: &[R],
     observer: &dyn Observer,
@@ -189,7 +195,7 @@ pub fn intersect_single(
 }
 
 /// For each ray whether it hits anything.
-fn cast_any<R: Copy + Into<Ray> + Sync>(
+fn cast_any<R: RayRows + Sync>(
     target: Target,
     rays: &[R],
     observer: &dyn Observer,
@@ -206,7 +212,7 @@ struct AllRows<'a, R> {
     places: Vec<Range<usize>>,
 }
 
-impl<R: Copy + Into<Ray>> Batch for AllRows<'_, R> {
+impl<R: RayRows> Batch for AllRows<'_, R> {
     type Query = AllContacts;
     const ENDING: Ending = Ending::Alone;
 
@@ -221,6 +227,11 @@ impl<R: Copy + Into<Ray>> Batch for AllRows<'_, R> {
     }
 
     #[inline(always)]
+    fn lanes<S: Simd>(&self, simd: S, numbers: Range<usize>) -> RayLanes<S> {
+        R::lanes(simd, &self.rays[numbers])
+    }
+
+    #[inline(always)]
     fn finish(&mut self, number: usize, ray: &PreparedRay, query: &mut AllContacts) {
         let first = self.hits.len();
         self.hits.extend_from_slice(query.finish(ray, self.target.tree, self.target.mesh));
@@ -229,7 +240,7 @@ impl<R: Copy + Into<Ray>> Batch for AllRows<'_, R> {
 }
 
 /// All hits of chunks of rays, chunk by chunk.
-fn cast_all<R: Copy + Into<Ray> + Sync, A: Send>(
+fn cast_all<R: RayRows + Sync, A: Send>(
     target: Target,
     rays: &[R],
     observer: &dyn Observer,
@@ -250,7 +261,7 @@ fn cast_all<R: Copy + Into<Ray> + Sync, A: Send>(
 }
 
 /// All hits of each ray.
-fn cast_for_hits<R: Copy + Into<Ray> + Sync>(
+fn cast_for_hits<R: RayRows + Sync>(
     target: Target,
     rays: &[R],
     observer: &dyn Observer,
@@ -270,7 +281,7 @@ fn cast_for_hits<R: Copy + Into<Ray> + Sync>(
 }
 
 /// How many hits each ray has.
-fn cast_for_counts<R: Copy + Into<Ray> + Sync>(
+fn cast_for_counts<R: RayRows + Sync>(
     target: Target,
     rays: &[R],
     observer: &dyn Observer,

@@ -15,7 +15,8 @@ use std::ops::Range;
 use super::cast::{Batch, Candidates, Cast, Decision, Ended, RayState};
 use super::query::{Query, Shortcut};
 use super::queue::Memory;
-use super::wide_ray::{Columns, RayLanes, WideRays, World};
+use super::ray_group::{Columns, RayGroup};
+use super::wide_ray::World;
 use crate::simd::{LANES, Simd};
 use crate::tree::{WideNode, Word};
 
@@ -40,7 +41,7 @@ pub struct Bundle<Q> {
     /// The number of the first.
     pub first: usize,
     /// As they were prepared.
-    pub groups: [WideRays; 2],
+    pub groups: [RayGroup; 2],
     /// The same by what is needed of them.
     columns: [Columns; 2],
     /// Where each of them stops to matter, or below zero if nothing more can.
@@ -74,7 +75,7 @@ impl<Q: Query + Default> Bundle<Q> {
         let room = most_waiting + 1 + LANES;
         Bundle {
             first: 0,
-            groups: [WideRays::none(), WideRays::none()],
+            groups: [RayGroup::none(), RayGroup::none()],
             columns: [Columns::none(), Columns::none()],
             limits: [[0.0; LANES]; 2],
             rays: vec![RayState::none(); RAYS],
@@ -242,16 +243,8 @@ impl<B: Batch> Cast<'_, B> {
         half: usize,
         numbers: Range<usize>,
     ) -> u32 {
-        let mut lanes: RayLanes = [[0.0; LANES]; 8];
-        for number in numbers.clone() {
-            let (lane, ray) = (number - numbers.start, self.batch.ray(number));
-            for axis in 0..3 {
-                lanes[axis][lane] = ray.origin[axis];
-                lanes[3 + axis][lane] = ray.direction[axis];
-            }
-            (lanes[6][lane], lanes[7][lane]) = (ray.t_min, ray.t_max);
-        }
         let group = &mut bundle.groups[half];
+        let lanes = self.batch.lanes(simd, numbers.clone());
         group.set(simd, &lanes, world, &mut bundle.columns[half]);
         let in_use = (1 << numbers.len()) - 1;
         let mut met = group.met & in_use;

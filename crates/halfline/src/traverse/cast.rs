@@ -4,10 +4,13 @@
 //! decided exactly: triangles whose edges the ray nearly touches, that begin or end its range, or that
 //! are as near as the nearest one so far.
 
+use std::ops::Range;
+
 use super::hit_lanes::{HitLanes, hits};
 use super::leaf_kernel::test;
 use super::plane_lanes::{LineLanes, single_parameters};
 use super::query::{Query, Search, Shortcut};
+use super::ray_group::RayLanes;
 use super::wide_ray::{Parameter, WideRay};
 use crate::geometry::{Hit, NO_FACE, Ray, Vec3};
 use crate::mesh::Mesh;
@@ -36,6 +39,9 @@ pub trait Batch {
 
     /// A ray; those of one number are always the same.
     fn ray(&self, number: usize) -> Ray;
+
+    /// Up to eight rays.
+    fn lanes<S: Simd>(&self, simd: S, numbers: Range<usize>) -> RayLanes<S>;
 
     /// How answers are found for hits that are known, but for where.
     const ENDING: Ending;

@@ -3,85 +3,90 @@
 use crate::numeric::{CENTER_ERROR, FARTHEST_CENTER, SINGLE_ROUNDOFF, SLACK};
 use crate::simd::{Doubles, Numbers, Simd};
 
-/// Eight rays, by lane, or a ray, by what is needed of it: the fields of [`LeafFilter`].
+/// Eight rays, by what is needed of them: the fields of [`LeafFilter`](crate::numeric::LeafFilter).
 pub type FilterLanes<S> = [<S as Simd>::Floats; 7];
 
-/// Prepares eight rays, with origins in the frame, by axis, for corners whose frame coordinates are at
-/// most `reach`, which is at least one half. The same as [`LeafFilter::new`] does for one.
+/// Prepares eight rays, with origins in the frame, of which `from_origin` is the largest coordinate, for
+/// corners whose frame coordinates are at most `reach`. As `LeafFilter::new` does for one, but that
+/// bounds are in single precision.
 #[inline(always)]
 pub fn leaf_filters<S: Simd>(
     simd: S,
+    longest: &Longest<S>,
     origin: &[Numbers<S>; 3],
     direction: &[Numbers<S>; 3],
-    reach: f64,
+    from_origin: S::Floats,
+    reach: f32,
 ) -> FilterLanes<S> {
     // Choose the axis along which to project, and where the line is there.
     let wide = simd.doubles();
-    let [a, b, c] = *origin;
-    let longest = Longest::of(simd, direction);
-    let [x, y, z] = *direction;
-    let across = [longest.choose(simd, y, z, x), longest.choose(simd, z, x, y)];
-    let start = [longest.choose(simd, b, c, a), longest.choose(simd, c, a, b)];
-    let inverse = wide.divided(wide.splat(1.0), longest.choose(simd, x, y, z));
-    let depth = longest.choose(simd, a, b, c);
+    let ([a, b, c], [x, y, z]) = (*origin, *direction);
+    let across = [longest.choose_wide(simd, y, z, x), longest.choose_wide(simd, z, x, y)];
+    let start = [longest.choose_wide(simd, b, c, a), longest.choose_wide(simd, c, a, b)];
+    let inverse = wide.divided(wide.splat(1.0), longest.choose_wide(simd, x, y, z));
+    let depth = longest.choose_wide(simd, a, b, c);
     let slope = [wide.times(across[0], inverse), wide.times(across[1], inverse)];
     let center = [
-        wide.minus(start[0], wide.times(slope[0], depth)),
-        wide.minus(start[1], wide.times(slope[1], depth)),
+        simd.narrow(wide.minus(start[0], wide.times(slope[0], depth))),
+        simd.narrow(wide.minus(start[1], wide.times(slope[1], depth))),
     ];
 
     // Bound the errors of a projected corner, and of a difference of two products.
-    let farthest = wide.largest(wide.magnitude(center[0]), wide.magnitude(center[1]));
-    let from_origin = wide.largest(wide.magnitude(a), wide.magnitude(b));
-    let from_origin = wide.largest(from_origin, wide.magnitude(c));
-    let center_error = wide.times(from_origin, wide.splat(CENTER_ERROR));
-    let corner_error = wide.multiply_add(
-        farthest,
-        wide.splat(SINGLE_ROUNDOFF * 2.0),
-        wide.plus(center_error, wide.splat(SINGLE_ROUNDOFF * 8.0 * reach)),
-    );
-    let largest = wide.plus(wide.plus(farthest, corner_error), wide.splat(2.0 * reach));
-    let per_distance = wide.multiply_add(largest, wide.splat(SINGLE_ROUNDOFF), corner_error);
-    let per_distance = wide.times(per_distance, wide.splat(SLACK));
-    let at_least = wide.times(wide.times(corner_error, corner_error), wide.splat(2.0 * SLACK));
+    let (u, reach) = (SINGLE_ROUNDOFF as f32, reach.max(0.5));
+    let farthest = simd.largest(simd.magnitude(center[0]), simd.magnitude(center[1]));
+    let center_error = simd.times(from_origin, simd.splat(CENTER_ERROR as f32));
+    let fixed_error = simd.plus(center_error, simd.splat(8.0 * u * reach));
+    let corner_error = simd.multiply_add(farthest, simd.splat(2.0 * u), fixed_error);
+    let largest = simd.plus(simd.plus(farthest, corner_error), simd.splat(2.0 * reach));
+    let per_distance = simd.multiply_add(largest, simd.splat(u), corner_error);
+    let per_distance = simd.times(per_distance, simd.splat(SLACK as f32));
+    let twice = simd.times(corner_error, simd.splat(2.0 * SLACK as f32));
+    let at_least = simd.times(corner_error, twice);
 
     // An infinite bound lets all triangles pass, also where something is NaN.
-    let limit = wide.splat(FARTHEST_CENTER);
-    let infinite = wide.splat(f64::INFINITY);
-    let unbounded = wide.if_below(center_error, limit, wide.splat(0.0), infinite);
-    let unbounded = wide.if_below(farthest, limit, unbounded, infinite);
-    let (per_distance, at_least) =
-        (wide.largest(per_distance, unbounded), wide.largest(at_least, unbounded));
+    let limit = simd.splat(FARTHEST_CENTER as f32);
+    let infinite = simd.splat(f32::INFINITY);
+    let unbounded = simd.if_below(center_error, limit, simd.splat(0.0), infinite);
+    let unbounded = simd.if_below(farthest, limit, unbounded, infinite);
     [
-        simd.narrow(longest.axis(simd)),
+        longest.axis(simd),
         simd.narrow(slope[0]),
         simd.narrow(slope[1]),
-        simd.narrow(center[0]),
-        simd.narrow(center[1]),
-        simd.narrow(per_distance),
-        simd.narrow(at_least),
+        center[0],
+        center[1],
+        simd.largest(per_distance, unbounded),
+        simd.largest(at_least, unbounded),
     ]
 }
 
-/// The axes along which eight vectors are longest, as [`LeafFilter`] chooses them.
+/// The axes along which eight vectors are longest.
 pub struct Longest<S: Simd> {
-    size: [Numbers<S>; 3],
-    larger: [Numbers<S>; 2],
+    size: [S::Floats; 3],
+    larger: [S::Floats; 2],
+    wide_size: [Numbers<S>; 3],
+    wide_larger: [Numbers<S>; 2],
 }
 
 impl<S: Simd> Longest<S> {
-    /// Of vectors by axis.
+    /// Of vectors, given by the magnitudes of their components.
     #[inline(always)]
-    pub fn of(simd: S, direction: &[Numbers<S>; 3]) -> Longest<S> {
-        let wide = simd.doubles();
-        let [x, y, z] = *direction;
-        let size = [wide.magnitude(x), wide.magnitude(y), wide.magnitude(z)];
-        Longest { size, larger: [wide.largest(size[1], size[2]), size[2]] }
+    pub fn of(simd: S, size: [S::Floats; 3]) -> Longest<S> {
+        let larger = [simd.largest(size[1], size[2]), size[2]];
+        let wide_size = [simd.widen(size[0]), simd.widen(size[1]), simd.widen(size[2])];
+        let wide_larger = [simd.widen(larger[0]), wide_size[2]];
+        Longest { size, larger, wide_size, wide_larger }
     }
 
-    /// The number of each axis.
+    /// What belongs to the axis of each.
     #[inline(always)]
-    pub fn choose(
+    pub fn choose(&self, simd: S, of_x: S::Floats, of_y: S::Floats, of_z: S::Floats) -> S::Floats {
+        let other = simd.if_below(self.larger[1], self.size[1], of_y, of_z);
+        simd.if_below(self.larger[0], self.size[0], of_x, other)
+    }
+
+    /// The same in double precision.
+    #[inline(always)]
+    fn choose_wide(
         &self,
         simd: S,
         of_x: Numbers<S>,
@@ -89,18 +94,17 @@ impl<S: Simd> Longest<S> {
         of_z: Numbers<S>,
     ) -> Numbers<S> {
         let wide = simd.doubles();
-        let other = wide.if_below(self.larger[1], self.size[1], of_y, of_z);
-        wide.if_below(self.larger[0], self.size[0], of_x, other)
+        let other = wide.if_below(self.wide_larger[1], self.wide_size[1], of_y, of_z);
+        wide.if_below(self.wide_larger[0], self.wide_size[0], of_x, other)
     }
 
     /// The axis in the lowest bits of a single-precision number.
     #[inline(always)]
-    fn axis(&self, simd: S) -> Numbers<S> {
-        let wide = simd.doubles();
-        let [x, y, z] = [wide.splat(UNITS), wide.splat(UNITS + 1.0), wide.splat(UNITS + 2.0)];
+    fn axis(&self, simd: S) -> S::Floats {
+        let [x, y, z] = [simd.splat(UNITS), simd.splat(UNITS + 1.0), simd.splat(UNITS + 2.0)];
         self.choose(simd, x, y, z)
     }
 }
 
 /// From here on single-precision numbers have their units in the lowest bit.
-pub const UNITS: f64 = 8_388_608.0;
+pub const UNITS: f32 = 8_388_608.0;

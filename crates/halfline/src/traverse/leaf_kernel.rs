@@ -1,7 +1,8 @@
 //! A ray against the eight triangles of a leaf, in single precision: which it misses for certain,
 //! which it hits for certain, and where.
 
-use super::wide_ray::{Columns, WideRay, WideRays, World};
+use super::ray_group::{Columns, RayGroup, RayRows};
+use super::wide_ray::{WideRay, World};
 use crate::geometry::Ray;
 use crate::numeric::{CornerLanes, UNIT_ROUNDOFF};
 use crate::simd::{Job, LANES, Level, Simd};
@@ -120,13 +121,8 @@ impl Job for Judged<'_> {
     fn run<S: Simd>(self, simd: S) -> Option<LeafVerdict> {
         let tree = self.tree;
         let world = World { frame: tree.frame, root: tree.root.bounds, reach: tree.reach };
-        let [Ray { origin, direction, t_min, t_max }] = [*self.ray];
-        let numbers = [origin.x, origin.y, origin.z, direction.x, direction.y, direction.z];
-        let mut lanes = [[0.0; LANES]; 8];
-        for (lanes, number) in lanes.iter_mut().zip(numbers.into_iter().chain([t_min, t_max])) {
-            *lanes = [number; LANES];
-        }
-        let (mut rays, mut columns) = (WideRays::none(), Columns::none());
+        let lanes = RayRows::lanes(simd, &[*self.ray; LANES]);
+        let (mut rays, mut columns) = (RayGroup::none(), Columns::none());
         rays.set(simd, &lanes, &world, &mut columns);
         if rays.met & 1 == 0 || rays.single & 1 == 1 {
             return None;

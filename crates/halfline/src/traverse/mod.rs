@@ -14,6 +14,7 @@ mod plain;
 mod plane_lanes;
 mod query;
 mod queue;
+mod ray_group;
 mod slab;
 mod walk;
 mod wide_ray;

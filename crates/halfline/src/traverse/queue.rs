@@ -220,8 +220,9 @@ impl<B: Batch> Job for Cast<'_, B> {
             while let Some(slot) = next_slot(&mut rest) {
                 let (ray, decision) = (&mut rays[slot], &mut decisions[slot]);
                 self.finish(simd, ray, decision, &mut waiting.ended);
-                words[slot] =
-                    self.next_ray(simd, &world, memory, &mut waiting, ray, decision, &mut stacks, slot).0;
+                words[slot] = self
+                    .next_ray(simd, &world, memory, &mut waiting, ray, decision, &mut stacks, slot)
+                    .0;
             }
         }
         self.finish_ended(simd, &mut waiting.ended);
