@@ -46,6 +46,12 @@ impl Frame {
         self.scale
     }
 
+    /// The inverse of the scale.
+    #[inline(always)]
+    pub fn unit(&self) -> f64 {
+        self.unit
+    }
+
     /// The user's coordinates of the frame's origin.
     #[inline(always)]
     pub fn offset(&self) -> Vec3 {

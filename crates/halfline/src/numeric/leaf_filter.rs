@@ -41,6 +41,12 @@ pub const FARTHEST_CENTER: f64 = 1e9;
 /// Each axis as the last of three, and once more, so that two bits have an entry.
 const AXES: [[usize; 3]; 4] = [[1, 2, 0], [2, 0, 1], [0, 1, 2], [0, 1, 2]];
 
+/// The axes of a projection along the axis in the lowest two bits, that one last.
+#[inline(always)]
+pub fn projection_axes(last: u32) -> [usize; 3] {
+    AXES[(last & 3) as usize]
+}
+
 /// A ray, ready to be held against blocks of triangles.
 #[derive(Clone, Copy, Debug, Default, Pod, Zeroable)]
 #[repr(C)]
@@ -119,14 +125,14 @@ impl LeafFilter {
     #[inline(always)]
     pub fn parts(&self) -> ([usize; 3], [f32; 2], [f32; 2], [f32; 2]) {
         let error = [self.error_per_distance, self.error_at_least];
-        (AXES[(self.last & 3) as usize], self.slope, self.center, error)
+        (projection_axes(self.last), self.slope, self.center, error)
     }
 
     /// A bit for each triangle that the line may meet; all others it misses for certain.
     #[inline(always)]
     pub fn candidates(&self, corners: &CornerLanes) -> u32 {
         // Project the corners along the line, which goes to the origin.
-        let axes = AXES[(self.last & 3) as usize];
+        let axes = projection_axes(self.last);
         let mut projected = [[[0.0f32; 8]; 2]; 3];
         for (corner, projected) in corners.iter().zip(&mut projected) {
             let depth = &corner[axes[2]];

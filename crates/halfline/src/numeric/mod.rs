@@ -42,7 +42,9 @@ pub use frame::Frame;
 pub(crate) use hit_point::{
     BARYCENTRIC_ERROR, CORRECTION_ERROR, MAX_DETERMINANT_ERROR, POINT_ERROR, WEIGHT_ERROR,
 };
-pub(crate) use leaf_filter::{CENTER_ERROR, FARTHEST_CENTER, SINGLE_ROUNDOFF, SLACK};
+pub(crate) use leaf_filter::{
+    CENTER_ERROR, FARTHEST_CENTER, SINGLE_ROUNDOFF, SLACK, projection_axes,
+};
 pub use leaf_filter::{CornerLanes, LeafFilter};
 pub use ray_triangle::{Bounds, Contact, Meeting, PreparedRay, TakeMeeting, Touched};
 pub use surface_point::SurfacePoint;

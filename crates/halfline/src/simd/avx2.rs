@@ -163,6 +163,27 @@ impl Simd for Avx2 {
     }
 
     #[inline(always)]
+    fn words_equal(self, words: &[u32; LANES], word: u32) -> u32 {
+        // SAFETY: the witness stands for the instructions; the array is as long as the load.
+        unsafe {
+            let words = _mm256_loadu_si256(words.as_ptr().cast());
+            let equal = _mm256_cmpeq_epi32(words, _mm256_set1_epi32(word as i32));
+            _mm256_movemask_ps(_mm256_castsi256_ps(equal)) as u32
+        }
+    }
+
+    #[inline(always)]
+    fn set_words(self, mask: u32, word: u32, words: &mut [u32; LANES]) {
+        // SAFETY: the witness stands for the instructions; the array is as long as load and store.
+        unsafe {
+            let place = words.as_mut_ptr().cast();
+            let old = _mm256_loadu_si256(place);
+            let new = _mm256_blendv_epi8(old, _mm256_set1_epi32(word as i32), lanes_of(mask));
+            _mm256_storeu_si256(place, new);
+        }
+    }
+
+    #[inline(always)]
     fn words_below(self, words: &[u32; WORDS], limit: u32) -> u32 {
         // Comparisons are of signed numbers only: move both by half of the range.
         let half = i32::MIN;
@@ -209,6 +230,12 @@ impl Simd for Avx2 {
     }
 
     #[inline(always)]
+    fn choose(self, mask: u32, x: __m256, y: __m256) -> __m256 {
+        // SAFETY: the witness stands for the instructions.
+        unsafe { _mm256_blendv_ps(y, x, _mm256_castsi256_ps(lanes_of(mask))) }
+    }
+
+    #[inline(always)]
     fn transposed(self, [a, b, c, d, e, f, g, h]: [__m256; LANES]) -> [__m256; LANES] {
         // SAFETY: the witness stands for the instructions.
         unsafe {
@@ -245,6 +272,20 @@ impl Simd for Avx2 {
             // SAFETY: a prefetch reads nothing, and may name any address.
             unsafe { _mm_prefetch::<_MM_HINT_T0>(place) }
         }
+    }
+}
+
+/// All bits of each lane for which the mask has one.
+///
+/// # Safety
+/// The machine has the instructions.
+#[inline(always)]
+unsafe fn lanes_of(mask: u32) -> __m256i {
+    // SAFETY: the caller's promise.
+    unsafe {
+        let bits = _mm256_setr_epi32(1, 2, 4, 8, 16, 32, 64, 128);
+        let lanes = _mm256_and_si256(_mm256_set1_epi32(mask as i32), bits);
+        _mm256_cmpeq_epi32(lanes, bits)
     }
 }
 
@@ -329,8 +370,9 @@ impl Doubles for Avx2Doubles {
         // SAFETY: the witness stands for the instructions.
         unsafe {
             let sum = _mm256_set1_epi64x(POWER_AND_INVERSE as i64);
-            let inverse = |a| _mm256_castsi256_pd(_mm256_sub_epi64(sum, _mm256_castpd_si256(a)));
-            [inverse(a[0]), inverse(a[1])]
+            let low = _mm256_sub_epi64(sum, _mm256_castpd_si256(a[0]));
+            let high = _mm256_sub_epi64(sum, _mm256_castpd_si256(a[1]));
+            [_mm256_castsi256_pd(low), _mm256_castsi256_pd(high)]
         }
     }
 

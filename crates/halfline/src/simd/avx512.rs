@@ -121,6 +121,26 @@ impl Simd for Avx512 {
     }
 
     #[inline(always)]
+    fn words_equal(self, words: &[u32; LANES], word: u32) -> u32 {
+        // SAFETY: the witness stands for the instructions; the array is as long as the load.
+        unsafe {
+            let words = _mm256_loadu_si256(words.as_ptr().cast());
+            u32::from(_mm256_cmpeq_epu32_mask(words, _mm256_set1_epi32(word as i32)))
+        }
+    }
+
+    #[inline(always)]
+    fn set_words(self, mask: u32, word: u32, words: &mut [u32; LANES]) {
+        // SAFETY: the witness stands for the instructions; the array is as long as load and store.
+        unsafe {
+            let place = words.as_mut_ptr().cast();
+            let old = _mm256_loadu_si256(place);
+            let new = _mm256_mask_set1_epi32(old, mask as u8, word as i32);
+            _mm256_storeu_si256(place, new);
+        }
+    }
+
+    #[inline(always)]
     fn words_below(self, words: &[u32; WORDS], limit: u32) -> u32 {
         let mut bits = 0;
         for (part, words) in words.chunks_exact(2 * LANES).enumerate() {
@@ -157,6 +177,12 @@ impl Simd for Avx512 {
     fn if_below(self, a: __m256, b: __m256, x: __m256, y: __m256) -> __m256 {
         // SAFETY: the witness stands for the instructions.
         unsafe { _mm256_mask_blend_ps(_mm256_cmp_ps_mask::<_CMP_LT_OQ>(a, b), y, x) }
+    }
+
+    #[inline(always)]
+    fn choose(self, mask: u32, x: __m256, y: __m256) -> __m256 {
+        // SAFETY: the witness stands for the instructions.
+        unsafe { _mm256_mask_blend_ps(mask as u8, y, x) }
     }
 
     #[inline(always)]

@@ -81,6 +81,12 @@ pub(crate) trait Simd: Copy + Send + Sync {
         kept: &mut [u32; LANES],
     ) -> usize;
 
+    /// A bit for each of eight words that is equal to `word`.
+    fn words_equal(self, words: &[u32; LANES], word: u32) -> u32;
+
+    /// Writes a word to where the mask has a bit.
+    fn set_words(self, mask: u32, word: u32, words: &mut [u32; LANES]);
+
     /// A bit for each word below `limit`.
     fn words_below(self, words: &[u32; WORDS], limit: u32) -> u32;
 
@@ -104,6 +110,9 @@ pub(crate) trait Simd: Copy + Send + Sync {
         x: Self::Floats,
         y: Self::Floats,
     ) -> Self::Floats;
+
+    /// `x` where the mask has a bit, else `y`.
+    fn choose(self, mask: u32, x: Self::Floats, y: Self::Floats) -> Self::Floats;
 
     /// Rows for columns.
     fn transposed(self, rows: [Self::Floats; LANES]) -> [Self::Floats; LANES];

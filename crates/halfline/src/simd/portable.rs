@@ -110,6 +110,18 @@ impl Simd for Portable {
     }
 
     #[inline(always)]
+    fn words_equal(self, words: &[u32; LANES], word: u32) -> u32 {
+        (0..LANES).fold(0, |bits, i| bits | u32::from(words[i] == word) << i)
+    }
+
+    #[inline(always)]
+    fn set_words(self, mask: u32, word: u32, words: &mut [u32; LANES]) {
+        for lane in 0..LANES {
+            words[lane] = if mask >> lane & 1 == 1 { word } else { words[lane] };
+        }
+    }
+
+    #[inline(always)]
     fn words_below(self, words: &[u32; WORDS], limit: u32) -> u32 {
         (0..WORDS).fold(0, |bits, i| bits | u32::from(words[i] < limit) << i)
     }
@@ -140,6 +152,11 @@ impl Simd for Portable {
         y: [f32; LANES],
     ) -> [f32; LANES] {
         each(|lane| if a[lane] < b[lane] { x[lane] } else { y[lane] })
+    }
+
+    #[inline(always)]
+    fn choose(self, mask: u32, x: [f32; LANES], y: [f32; LANES]) -> [f32; LANES] {
+        each(|lane| if mask >> lane & 1 == 1 { x[lane] } else { y[lane] })
     }
 
     #[inline(always)]

@@ -12,7 +12,7 @@ use crate::geometry::{Hit, Ray, SingleHit, SingleRay};
 use crate::mesh::Mesh;
 use crate::numeric::PreparedRay;
 use crate::progress::{Observer, SharedProgress, Stage};
-use crate::simd::{Level, Simd};
+use crate::simd::{LANES, Level, Simd};
 use crate::tree::KdTree;
 
 /// Rays that one task casts: about a millisecond of work, and many to each slot of the queues.
@@ -41,7 +41,7 @@ trait Question {
     const MISS: Self::Answer;
 
     /// What eight rays at a time can be asked.
-    const ENDING: Ending = Ending::Alone;
+    const ENDING: Ending = Ending::None;
 
     /// The answer of [`Ending::Single`].
     #[inline(always)]
@@ -54,6 +54,9 @@ trait Question {
     fn double_answer(_hit: Hit) -> Self::Answer {
         Self::MISS
     }
+
+    /// The answer if there is a hit.
+    const FOUND: Self::Answer = Self::MISS;
 
     /// The answer of a walk that is over.
     fn answer(query: &mut Self::Query, ray: &PreparedRay) -> Self::Answer;
@@ -104,6 +107,7 @@ impl Question for Any {
     type Query = AnyHit;
     type Answer = bool;
     const MISS: bool = false;
+    const FOUND: bool = true;
 
     #[inline(always)]
     fn answer(query: &mut AnyHit, _ray: &PreparedRay) -> bool {
@@ -137,6 +141,11 @@ impl<R: RayRows, Q: Question> Batch for Rows<'_, R, Q> {
     }
 
     #[inline(always)]
+    fn gather<S: Simd>(&self, simd: S, numbers: &[usize; LANES]) -> RayLanes<S> {
+        R::gather(simd, self.rays, numbers)
+    }
+
+    #[inline(always)]
     fn finish_single(&mut self, number: usize, t: f32, face: u32) {
         self.answers[number] = Q::single_answer(t, face);
     }
@@ -144,6 +153,11 @@ impl<R: RayRows, Q: Question> Batch for Rows<'_, R, Q> {
     #[inline(always)]
     fn finish_double(&mut self, number: usize, hit: Hit) {
         self.answers[number] = Q::double_answer(hit);
+    }
+
+    #[inline(always)]
+    fn finish_found(&mut self, number: usize) {
+        self.answers[number] = Q::FOUND;
     }
 
     #[inline(always)]
@@ -214,7 +228,7 @@ struct AllRows<'a, R> {
 
 impl<R: RayRows> Batch for AllRows<'_, R> {
     type Query = AllContacts;
-    const ENDING: Ending = Ending::Alone;
+    const ENDING: Ending = Ending::None;
 
     #[inline(always)]
     fn count(&self) -> usize {
@@ -229,6 +243,11 @@ impl<R: RayRows> Batch for AllRows<'_, R> {
     #[inline(always)]
     fn lanes<S: Simd>(&self, simd: S, numbers: Range<usize>) -> RayLanes<S> {
         R::lanes(simd, &self.rays[numbers])
+    }
+
+    #[inline(always)]
+    fn gather<S: Simd>(&self, simd: S, numbers: &[usize; LANES]) -> RayLanes<S> {
+        R::gather(simd, self.rays, numbers)
     }
 
     #[inline(always)]

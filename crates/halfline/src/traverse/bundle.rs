@@ -1,10 +1,12 @@
-//! Sixteen rays as one, where they are alike.
+//! Many rays as one, where they are alike.
 //!
 //! A. Reshetov, A. Soupikov, J. Hurley, "Multi-Level Ray Tracing Algorithm", SIGGRAPH 2005, and
 //! I. Wald, "Realtime Ray Tracing and Interactive Global Illumination", 2004: rays from one eye, or to
 //! one light, pass through the same nodes. So the children of a node are first held against bounds of
-//! all sixteen rays, by interval arithmetic, at the cost of two single rays. What is left is, when its
-//! turn comes, held against the sixteen themselves; leaves are tested for each ray that meets their box.
+//! all rays, by interval arithmetic, at the cost of two single rays. What is left, and not met by all of
+//! them for certain, is held against the rays themselves when its turn comes, eight at a time. In a leaf
+//! a beam around the rays passes over most triangles; each of the others is held against eight rays at a
+//! time, or each ray against all of them, whatever is less work.
 //!
 //! Different here: the interval arithmetic is relative to a point near the starts, since inverse
 //! directions and starts vary together, and each by itself would give far wider bounds. And a bundle
@@ -12,16 +14,25 @@
 
 use std::ops::Range;
 
-use super::cast::{Batch, Candidates, Cast, Decision, Ended, RayState};
+use super::cast::{Asked, Batch, Candidates, Cast, Decision, Ended, Found, RayState};
+use super::leaf_kernel::{Beam, test_group, test_lane};
 use super::query::{Query, Shortcut};
 use super::queue::Memory;
 use super::ray_group::{Columns, RayGroup};
 use super::wide_ray::World;
+use crate::geometry::NO_FACE;
+use crate::numeric::projection_axes;
 use crate::simd::{LANES, Simd};
-use crate::tree::{WideNode, Word};
+use crate::tree::{LeafBlock, WideNode, Word};
 
-/// Rays in a bundle.
-pub const RAYS: usize = 2 * LANES;
+/// Groups of eight rays that are looked at together: the rays of a tile of 8 by 8 pixels.
+pub const GROUPS: usize = 8;
+
+/// Rays that are looked at together.
+pub const RAYS: usize = GROUPS * LANES;
+
+/// A bit for each ray.
+pub type Mask = u64;
 
 /// How far rays of a bundle may be apart somewhere in the scene, in terms of its size.
 const WIDEST: f32 = 0.1;
@@ -33,40 +44,73 @@ const FEW_RAYS: u32 = 4;
 /// Single-precision roundings of a position that the interval arithmetic adds to those of a ray.
 const INTERVAL_ERROR: f32 = 8.0 * f32::EPSILON;
 
-/// Each lane.
-const NUMBERS: [u32; LANES] = [0, 1, 2, 3, 4, 5, 6, 7];
+/// Room for the roundings of a beam, in terms of the coordinates that it is found from.
+const BEAM_ERROR: f32 = 8.0 * f32::EPSILON;
 
-/// Sixteen rays, and what waits for them.
+/// Beside the number of a lane: all rays that met its node meet its box.
+const BY_ALL: u32 = 8;
+
+/// Rays, and what waits for them.
 pub struct Bundle<Q> {
     /// The number of the first.
     pub first: usize,
     /// As they were prepared.
-    pub groups: [RayGroup; 2],
-    /// The same by what is needed of them.
-    columns: [Columns; 2],
-    /// Where each of them stops to matter, or below zero if nothing more can.
-    limits: [[f32; LANES]; 2],
-    /// On their way.
-    pub rays: Vec<RayState>,
-    /// And what they may need to decide.
+    pub groups: [RayGroup; GROUPS],
+    /// What they found, by lane: where each of them stops to matter,
+    limits: [[f32; LANES]; GROUPS],
+    /// where the nearest hit is at least,
+    lows: [[f32; LANES]; GROUPS],
+    /// which face it is on,
+    faces: [[u32; LANES]; GROUPS],
+    /// and in which block and lane.
+    blocks: [[u32; LANES]; GROUPS],
+    triangles: [[u32; LANES]; GROUPS],
+    /// What they may need to decide, and which have.
     pub decisions: Vec<Decision<Q>>,
+    decided: Mask,
+    /// A bit for each whose decision knows its nearest hit.
+    told: Mask,
     bounds: [Interval; 3],
-    octant: usize,
+    beam: Beam,
+    axes: [usize; 3],
+    octant: u32,
+    /// Beyond this no ray matters.
+    limit: f32,
     nears: Vec<f32>,
     words: Vec<u32>,
-    /// In which lane of which node the boxes are.
+    /// In which lane of which node the boxes are, and which rays came to that.
     lanes: Vec<u32>,
     nodes: Vec<u32>,
+    masks: Vec<Mask>,
     waiting: usize,
 }
 
-/// Bounds of sixteen rays along an axis, for `(plane - center) * inverse + base`.
+/// Bounds of the rays along an axis, for `(plane - center) * inverse + base`.
 #[derive(Clone, Copy, Default)]
 struct Interval {
     center: f32,
     inverse: [f32; 2],
-    /// The least of near sides, and the largest of far ones.
-    base: [f32; 2],
+    /// The least and the largest of near sides, and of far ones.
+    near: [f32; 2],
+    far: [f32; 2],
+}
+
+/// The lanes of a group in a mask.
+#[inline(always)]
+fn lanes_of(mask: Mask, group: usize) -> u32 {
+    (mask >> (group * LANES)) as u32 & ALL
+}
+
+/// The bits of a group's lanes.
+#[inline(always)]
+fn bits_of(lanes: u32, group: usize) -> Mask {
+    Mask::from(lanes) << (group * LANES)
+}
+
+/// The rays of some groups.
+#[inline(always)]
+pub fn rays_of(groups: &Range<usize>) -> Mask {
+    (Mask::MAX >> (RAYS - groups.len() * LANES)) << (groups.start * LANES)
 }
 
 impl<Q: Query + Default> Bundle<Q> {
@@ -75,18 +119,56 @@ impl<Q: Query + Default> Bundle<Q> {
         let room = most_waiting + 1 + LANES;
         Bundle {
             first: 0,
-            groups: [RayGroup::none(), RayGroup::none()],
-            columns: [Columns::none(), Columns::none()],
-            limits: [[0.0; LANES]; 2],
-            rays: vec![RayState::none(); RAYS],
+            groups: std::array::from_fn(|_| RayGroup::none()),
+            limits: [[0.0; LANES]; GROUPS],
+            lows: [[0.0; LANES]; GROUPS],
+            faces: [[NO_FACE; LANES]; GROUPS],
+            blocks: [[0; LANES]; GROUPS],
+            triangles: [[0; LANES]; GROUPS],
             decisions: (0..RAYS).map(|_| Decision::new()).collect(),
+            decided: 0,
+            told: 0,
             bounds: [Interval::default(); 3],
+            beam: Beam::default(),
+            axes: [0, 1, 2],
             octant: 0,
+            limit: 0.0,
             nears: vec![0.0; room],
             words: vec![0; room],
             lanes: vec![0; room],
             nodes: vec![0; room],
+            masks: vec![0; room],
             waiting: 0,
+        }
+    }
+
+    /// Hands a ray over to a walk of its own, with what it may need to decide.
+    #[inline(always)]
+    pub fn hand_over<S: Simd>(
+        &mut self,
+        simd: S,
+        ray: usize,
+        state: &mut RayState,
+        decision: &mut Decision<Q>,
+    ) {
+        let (group, lane) = (ray / LANES, ray % LANES);
+        self.groups[group].write_rays(simd);
+        let (wide, parameter) = self.groups[group].lane(lane);
+        state.restart(simd, self.first + ray, wide, parameter);
+        state.wide.limit = self.limits[group][lane];
+        state.found = self.found(group, lane);
+        if self.decided >> ray & 1 == 1 {
+            std::mem::swap(decision, &mut self.decisions[ray]);
+            decision.is_told = self.told >> ray & 1 == 1;
+        }
+    }
+
+    #[inline(always)]
+    fn found(&self, group: usize, lane: usize) -> Found {
+        Found {
+            face: self.faces[group][lane],
+            low: self.lows[group][lane],
+            place: (self.blocks[group][lane], self.triangles[group][lane]),
         }
     }
 
@@ -97,120 +179,187 @@ impl<Q: Query + Default> Bundle<Q> {
         self.waiting
     }
 
-    /// True if the rays have the same octant and axis, and are near to each other all the way. Then
-    /// their bounds are known.
+    /// True if the rays of some groups have the same octant and axis, and are near to each other all the
+    /// way. Then their bounds are known.
     #[inline(always)]
-    pub fn is_coherent<S: Simd>(&mut self, simd: S, world: &World) -> bool {
-        // No ray was looked at by itself, and none differs in kind.
-        let [a, b] = &self.columns;
-        let kind = a.kind(0);
-        let mut is_alike = self.groups[0].single | self.groups[1].single == 0;
-        for lane in 0..LANES {
-            is_alike &= (a.kind(lane) == kind) & (b.kind(lane) == kind);
+    pub fn is_coherent<S: Simd>(&mut self, simd: S, world: &World, part: &Range<usize>) -> bool {
+        // No ray misses the scene or was looked at by itself, and none differs in kind.
+        let groups = &self.groups[part.clone()];
+        let Some(first) = groups.first() else { return false };
+        let (octant, last) =
+            (first.columns.at(Columns::OCTANT, 0), first.columns.at(Columns::LAST, 0));
+        let mut different = 0;
+        for group in groups {
+            let octants = group.columns.load(simd, Columns::OCTANT);
+            let lasts = group.columns.load(simd, Columns::LAST);
+            different |= !group.met & ALL | group.single;
+            different |= differing(simd, octants, octant) | differing(simd, lasts, last);
         }
-        if !is_alike {
+        if different != 0 {
             return false;
         }
 
         // How far do they spread at the ends of the scene?
+        let zero = simd.splat(0.0);
+        let infinite = simd.splat(f32::INFINITY);
+        let reach = simd.splat(world.reach);
+        let mut least = [infinite; LANES];
+        for group in groups {
+            for axis in 0..2 {
+                let slope = group.columns.load(simd, Columns::SLOPE + axis);
+                let center = group.columns.load(simd, Columns::CENTER + axis);
+                let before = simd.subtract_product(slope, reach, center);
+                let behind = simd.multiply_add(slope, reach, center);
+                least[4 * axis] = simd.least(before, least[4 * axis]);
+                least[4 * axis + 1] = simd.least(simd.minus(zero, before), least[4 * axis + 1]);
+                least[4 * axis + 2] = simd.least(behind, least[4 * axis + 2]);
+                least[4 * axis + 3] = simd.least(simd.minus(zero, behind), least[4 * axis + 3]);
+            }
+        }
+        let ends = least_of_each(simd, least);
+        let mut beam = Beam::default();
         for axis in 0..2 {
-            let [low, high] = bounds(
-                simd,
-                a.load(simd, Columns::SLOPE + axis),
-                b.load(simd, Columns::SLOPE + axis),
-            );
-            let [left, right] = bounds(
-                simd,
-                a.load(simd, Columns::CENTER + axis),
-                b.load(simd, Columns::CENTER + axis),
-            );
-            if (high - low) * world.reach + (right - left) > WIDEST * world.reach {
+            let [low, high] = [ends[4 * axis], -ends[4 * axis + 1]];
+            let [low_behind, high_behind] = [ends[4 * axis + 2], -ends[4 * axis + 3]];
+            let spread = (high - low).max(high_behind - low_behind);
+            // Not NaN either.
+            if !(spread <= WIDEST * world.reach) {
                 return false;
             }
+            let (before, behind) = ((low + high) * 0.5, (low_behind + high_behind) * 0.5);
+            beam.slope[axis] = (behind - before) * 0.5 / world.reach;
+            beam.center[axis] = (behind + before) * 0.5;
+            let size = world.reach + before.abs() + behind.abs();
+            beam.margin[axis] = spread * 0.5 + BEAM_ERROR * size;
         }
 
+        // Bound what meets boxes.
+        let mut centers = [0.0; 3];
         for axis in 0..3 {
-            let inverse = [a.load(simd, axis), b.load(simd, axis)];
-            let near = [a.load(simd, Columns::NEAR + axis), b.load(simd, Columns::NEAR + axis)];
-            let far = [a.load(simd, Columns::FAR + axis), b.load(simd, Columns::FAR + axis)];
-            let center = -a.at(Columns::NEAR + axis, 0) / a.at(axis, 0);
-            let splat = simd.splat(center);
-            let near = bounds(
-                simd,
-                simd.multiply_add(splat, inverse[0], near[0]),
-                simd.multiply_add(splat, inverse[1], near[1]),
-            );
-            let far = bounds(
-                simd,
-                simd.multiply_add(splat, inverse[0], far[0]),
-                simd.multiply_add(splat, inverse[1], far[1]),
-            );
-            let inverse = bounds(simd, inverse[0], inverse[1]);
+            let columns = &first.columns;
+            centers[axis] = -columns.at(Columns::NEAR + axis, 0) / columns.at(axis, 0);
+        }
+        let mut sides = [infinite; LANES];
+        let mut others = [infinite; LANES];
+        let mut inverses = [infinite; LANES];
+        for group in groups {
+            for axis in 0..3 {
+                let center = simd.splat(centers[axis]);
+                let inverse = group.columns.load(simd, axis);
+                let near = group.columns.load(simd, Columns::NEAR + axis);
+                let far = group.columns.load(simd, Columns::FAR + axis);
+                let near = simd.multiply_add(center, inverse, near);
+                let far = simd.multiply_add(center, inverse, far);
+                sides[axis] = simd.least(near, sides[axis]);
+                sides[3 + axis] = simd.least(simd.minus(zero, far), sides[3 + axis]);
+                others[axis] = simd.least(simd.minus(zero, near), others[axis]);
+                others[3 + axis] = simd.least(far, others[3 + axis]);
+                inverses[axis] = simd.least(inverse, inverses[axis]);
+                inverses[3 + axis] = simd.least(simd.minus(zero, inverse), inverses[3 + axis]);
+            }
+            let error = group.columns.load(simd, Columns::ERROR);
+            inverses[6] = simd.least(simd.minus(zero, error), inverses[6]);
+        }
+        let (sides, others) = (least_of_each(simd, sides), least_of_each(simd, others));
+        let inverses = least_of_each(simd, inverses);
+        for axis in 0..3 {
+            let (center, inverse) = (centers[axis], [inverses[axis], -inverses[3 + axis]]);
             let steepest = inverse[0].abs().max(inverse[1].abs());
             let room = INTERVAL_ERROR * (world.reach + center.abs()) * steepest;
-            let base = [near[0] - room, far[1] + room];
-            if !(base[0].is_finite() && base[1].is_finite()) {
+            let near = [sides[axis] - room, room - others[axis]];
+            let far = [others[3 + axis] - room, room - sides[3 + axis]];
+            if !(near[0].is_finite() && far[1].is_finite()) {
                 return false;
             }
-            self.bounds[axis] = Interval { center, inverse, base };
+            self.bounds[axis] = Interval { center, inverse, near, far };
         }
-        self.octant = (a.octant(0) & 7) as usize;
+        // The error of an edge function for each unit of distance is no less than that of a corner.
+        beam.margin = [beam.margin[0] - inverses[6], beam.margin[1] - inverses[6]];
+        self.beam = beam;
+        self.axes = projection_axes(first.columns.last(0));
+        self.octant = octant.to_bits() & 7;
         true
     }
 
     /// Puts the children of a node that some ray may meet on the stack.
     #[inline(always)]
-    fn push_children<S: Simd>(&mut self, simd: S, nodes: &[WideNode], index: usize, limit: f32) {
+    fn push_children<S: Simd>(&mut self, simd: S, nodes: &[WideNode], index: usize, mask: Mask) {
         let node = &nodes[index];
         let mut near = simd.splat(0.0);
-        let mut far = simd.splat(limit);
+        let mut far = simd.splat(self.limit);
+        let (mut latest, mut soonest) = (simd.splat(0.0), simd.splat(f32::INFINITY));
         for axis in 0..3 {
-            let Interval { center, inverse, base } = &self.bounds[axis];
-            let side = self.octant >> axis & 1;
-            let center = simd.splat(*center);
-            let inverse = [simd.splat(inverse[0]), simd.splat(inverse[1])];
+            let bounds = &self.bounds[axis];
+            let side = (self.octant >> axis & 1) as usize;
+            let center = simd.splat(bounds.center);
+            let inverse = [simd.splat(bounds.inverse[0]), simd.splat(bounds.inverse[1])];
             let near_sides = simd.minus(simd.load(&node.planes[axis][side]), center);
             let far_sides = simd.minus(simd.load(&node.planes[axis][1 - side]), center);
-            let (low, high) = (simd.splat(base[0]), simd.splat(base[1]));
-            let enter = simd.least(
-                simd.multiply_add(near_sides, inverse[0], low),
-                simd.multiply_add(near_sides, inverse[1], low),
-            );
-            let leave = simd.largest(
-                simd.multiply_add(far_sides, inverse[0], high),
-                simd.multiply_add(far_sides, inverse[1], high),
-            );
-            near = simd.largest(enter, near);
-            far = simd.least(leave, far);
+            let enter = [simd.times(near_sides, inverse[0]), simd.times(near_sides, inverse[1])];
+            let leave = [simd.times(far_sides, inverse[0]), simd.times(far_sides, inverse[1])];
+            let enter_first = simd.plus(simd.least(enter[0], enter[1]), simd.splat(bounds.near[0]));
+            let enter_last =
+                simd.plus(simd.largest(enter[0], enter[1]), simd.splat(bounds.near[1]));
+            let leave_first = simd.plus(simd.least(leave[0], leave[1]), simd.splat(bounds.far[0]));
+            let leave_last = simd.plus(simd.largest(leave[0], leave[1]), simd.splat(bounds.far[1]));
+            near = simd.largest(enter_first, near);
+            far = simd.least(leave_last, far);
+            latest = simd.largest(enter_last, latest);
+            soonest = simd.least(leave_first, soonest);
+        }
+        let by_all = simd.are_below(latest, soonest);
+        let mut numbers = [0; LANES];
+        for lane in 0..LANES {
+            numbers[lane] = lane as u32 | (by_all >> lane & 1) * BY_ALL;
         }
         let first = self.waiting;
-        let order = node.orders[self.octant];
+        let order = node.orders[self.octant as usize];
         let (nears, words) =
             (self.nears[first..].first_chunk_mut(), self.words[first..].first_chunk_mut());
-        let (lanes, numbers) =
+        let (lanes, parents) =
             (self.lanes[first..].first_chunk_mut(), self.nodes[first..].first_chunk_mut::<LANES>());
-        let (Some(nears), Some(words), Some(lanes), Some(numbers)) = (nears, words, lanes, numbers)
+        let masks = self.masks[first..].first_chunk_mut::<LANES>();
+        let (Some(nears), Some(words), Some(lanes), Some(parents), Some(masks)) =
+            (nears, words, lanes, parents, masks)
         else {
             unreachable!("the builder bounds what waits")
         };
-        simd.push(near, far, &NUMBERS, order, nears, lanes);
+        simd.push(near, far, &numbers, order, nears, lanes);
         self.waiting += simd.push(near, far, &node.words, order, nears, words);
-        *numbers = [index as u32; LANES];
+        *parents = [index as u32; LANES];
+        *masks = [mask; LANES];
     }
 
-    /// A bit for each ray that meets the box in a lane of a node, within its limit.
+    /// Those of some rays that meet the box in a lane of a node, within their limits.
     #[inline(always)]
-    fn meeting<S: Simd>(&self, simd: S, node: &WideNode, lane: usize) -> u32 {
+    fn meeting<S: Simd>(
+        &self,
+        simd: S,
+        node: &WideNode,
+        lane: usize,
+        mask: Mask,
+        part: &Range<usize>,
+    ) -> Mask {
+        let mut sides = [[simd.splat(0.0); 2]; 3];
+        for axis in 0..3 {
+            let side = (self.octant >> axis & 1) as usize;
+            sides[axis] = [
+                simd.splat(node.planes[axis][side][lane]),
+                simd.splat(node.planes[axis][1 - side][lane]),
+            ];
+        }
         let mut met = 0;
-        for half in 0..2 {
-            let columns = &self.columns[half];
+        for group in part.clone() {
+            let lanes = lanes_of(mask, group);
+            if lanes == 0 {
+                continue;
+            }
+            let columns = &self.groups[group].columns;
             let mut near = simd.splat(0.0);
-            let mut far = simd.load(&self.limits[half]);
+            let mut far = simd.load(&self.limits[group]);
             for axis in 0..3 {
-                let side = self.octant >> axis & 1;
+                let [near_side, far_side] = sides[axis];
                 let inverse = columns.load(simd, axis);
-                let near_side = simd.splat(node.planes[axis][side][lane]);
-                let far_side = simd.splat(node.planes[axis][1 - side][lane]);
                 let enter =
                     simd.multiply_add(near_side, inverse, columns.load(simd, Columns::NEAR + axis));
                 let leave =
@@ -218,9 +367,24 @@ impl<Q: Query + Default> Bundle<Q> {
                 near = simd.largest(enter, near);
                 far = simd.least(leave, far);
             }
-            met |= (!simd.are_below(far, near) & ALL) << (half * LANES);
+            met |= bits_of(!simd.are_below(far, near) & lanes, group);
         }
         met
+    }
+
+    /// Sets the limit beyond which no ray matters.
+    #[inline(always)]
+    fn set_limit<S: Simd>(&mut self, simd: S, part: &Range<usize>) {
+        let mut largest = simd.splat(0.0);
+        for group in part.clone() {
+            largest = simd.largest(simd.load(&self.limits[group]), largest);
+        }
+        let mut lanes = [0.0; LANES];
+        simd.store(largest, &mut lanes);
+        self.limit = lanes[0];
+        for lane in 1..LANES {
+            self.limit = if lanes[lane] > self.limit { lanes[lane] } else { self.limit };
+        }
     }
 }
 
@@ -239,50 +403,54 @@ impl<B: Batch> Cast<'_, B> {
         &self,
         simd: S,
         world: &World,
-        bundle: &mut Bundle<B::Query>,
-        half: usize,
+        group: &mut RayGroup,
         numbers: Range<usize>,
     ) -> u32 {
-        let group = &mut bundle.groups[half];
-        let lanes = self.batch.lanes(simd, numbers.clone());
-        group.set(simd, &lanes, world, &mut bundle.columns[half]);
+        group.set(simd, &self.batch.lanes(simd, numbers.clone()), world);
         let in_use = (1 << numbers.len()) - 1;
-        let mut met = group.met & in_use;
-        let mut single = group.single & in_use;
+        group.met &= in_use;
+        group.single &= in_use;
+        let mut single = group.single;
+        if single != 0 {
+            group.write_rays(simd);
+        }
         while single != 0 {
             let lane = single.trailing_zeros() as usize;
             single &= single - 1;
             if !group.set_single(lane, &self.batch.ray(numbers.start + lane), world) {
-                met &= !(1 << lane);
+                group.met &= !(1 << lane);
             }
         }
-        met
+        group.met
     }
 
-    /// Casts sixteen rays that are coherent. Returns a bit for each that is not at its end: those are
-    /// to go on with what waits.
+    /// Casts the rays of some groups, which are coherent. Returns a bit for each that is not at its end:
+    /// those are to go on with what waits.
     #[inline(always)]
     pub fn cast_bundle<S: Simd>(
         &mut self,
         simd: S,
         memory: Memory,
         bundle: &mut Bundle<B::Query>,
+        part: &Range<usize>,
         ended: &mut Ended,
-    ) -> u32 {
+    ) -> Mask {
         let tree = self.tree;
-        for lane in 0..RAYS {
-            let (wide, parameter) = bundle.groups[lane / LANES].lane(lane % LANES);
-            bundle.rays[lane].restart(simd, bundle.first + lane, wide, parameter);
-            bundle.limits[lane / LANES][lane % LANES] = wide.limit;
+        for group in part.clone() {
+            simd.store(
+                bundle.groups[group].columns.load(simd, Columns::LIMIT),
+                &mut bundle.limits[group],
+            );
+            bundle.lows[group] = [f32::INFINITY; LANES];
+            bundle.faces[group] = [NO_FACE; LANES];
         }
-        bundle.waiting = 0;
-        let mut alive = (1 << RAYS) - 1;
-        let mut node = tree.wide.root.index();
+        (bundle.waiting, bundle.told, bundle.decided) = (0, 0, 0);
+        bundle.set_limit(simd, part);
+        let mut alive = rays_of(part);
+        let (mut node, mut mask) = (tree.wide.root.index(), alive);
         let (mut steps, mut taken) = (0, 0);
         'steps: loop {
-            let limits = [simd.load(&bundle.limits[0]), simd.load(&bundle.limits[1])];
-            let limit = bounds(simd, limits[0], limits[1])[1];
-            bundle.push_children(simd, &tree.wide.nodes, node, limit);
+            bundle.push_children(simd, &tree.wide.nodes, node, mask);
             if bundle.waiting > 0 {
                 memory.prefetch(simd, Word(bundle.words[bundle.waiting - 1]));
             }
@@ -299,58 +467,297 @@ impl<B: Batch> Cast<'_, B> {
                 }
                 let top = bundle.waiting - 1;
                 bundle.waiting = top;
-                let parent = &tree.wide.nodes[bundle.nodes[top] as usize];
-                let met = bundle.meeting(simd, parent, bundle.lanes[top] as usize & 7);
-                let word = Word(bundle.words[top]);
-                if met == 0 {
+                mask = bundle.masks[top] & alive;
+                if mask == 0 || bundle.nears[top] > bundle.limit {
+                    continue;
+                }
+                let lane = bundle.lanes[top];
+                if lane & BY_ALL == 0 {
+                    let parent = &tree.wide.nodes[bundle.nodes[top] as usize];
+                    mask = bundle.meeting(simd, parent, lane as usize & 7, mask, part);
+                }
+                if mask == 0 {
                     continue;
                 }
                 steps += 1;
-                taken += met.count_ones();
+                taken += mask.count_ones();
+                let word = Word(bundle.words[top]);
                 if word.is_inner() {
                     node = word.index();
                     continue 'steps;
                 }
-                let block = &tree.leaves.blocks[word.index()];
-                let (mut rest, mut candidates) = (met, Candidates::default());
-                while rest != 0 {
-                    let lane = rest.trailing_zeros() as usize & (RAYS - 1);
-                    rest &= rest - 1;
-                    let ray = &mut bundle.rays[lane];
-                    candidates.find(simd, ray, block);
-                    if candidates.open == 0 {
-                        continue;
-                    }
-                    let is_done =
-                        self.decide(ray, &mut bundle.decisions[lane], &candidates, word.index());
-                    let limit = if is_done { -1.0 } else { ray.wide.limit };
-                    bundle.limits[lane / LANES][lane % LANES] = limit;
-                    alive &= !(u32::from(is_done) << lane);
-                }
+                alive &= !self.visit_leaf(simd, bundle, part, word.index(), mask);
             }
         }
         if bundle.waiting == 0 {
             alive = 0;
         }
-        for lane in 0..RAYS {
-            if alive >> lane & 1 == 0 {
-                self.finish(simd, &bundle.rays[lane], &mut bundle.decisions[lane], ended);
+        self.finish_bundle(simd, bundle, rays_of(part) & !alive, ended);
+        alive
+    }
+
+    /// Holds rays against the triangles of a leaf. Returns a bit for each to which nothing more can
+    /// matter.
+    #[inline(always)]
+    fn visit_leaf<S: Simd>(
+        &self,
+        simd: S,
+        bundle: &mut Bundle<B::Query>,
+        part: &Range<usize>,
+        index: usize,
+        mask: Mask,
+    ) -> Mask {
+        let block = &self.tree.leaves.blocks[index];
+        let mut triangles = bundle.beam.candidates(simd, bundle.axes, &block.corners);
+        triangles &= !simd.words_equal(&block.faces, NO_FACE);
+        if triangles == 0 {
+            return 0;
+        }
+        let mut groups = 0;
+        for group in part.clone() {
+            groups += u32::from(lanes_of(mask, group) != 0);
+        }
+        let done = if 2 * mask.count_ones() < groups * triangles.count_ones() {
+            self.visit_by_rays(simd, bundle, block, index, mask)
+        } else {
+            self.visit_by_triangles(simd, bundle, part, (block, index), triangles, mask)
+        };
+        if B::Query::SHORTCUT == Shortcut::Nearest {
+            bundle.set_limit(simd, part);
+        }
+        done
+    }
+
+    /// Each ray against all triangles.
+    #[inline(always)]
+    fn visit_by_rays<S: Simd>(
+        &self,
+        simd: S,
+        bundle: &mut Bundle<B::Query>,
+        block: &LeafBlock,
+        index: usize,
+        mask: Mask,
+    ) -> Mask {
+        let (mut rest, mut done, mut candidates) = (mask, 0, Candidates::default());
+        while rest != 0 {
+            let ray = rest.trailing_zeros() as usize % RAYS;
+            rest &= rest - 1;
+            let (group, lane) = (ray / LANES, ray % LANES);
+            let limit = bundle.limits[group][lane];
+            let columns = (&bundle.groups[group].columns, lane);
+            let verdict = test_lane(simd, columns, limit, bundle.axes, &block.corners);
+            candidates.set(simd, verdict);
+            if candidates.open != 0 {
+                let is_done = self.decide_in_bundle(bundle, ray, &candidates, index);
+                done |= Mask::from(is_done) << ray;
             }
         }
-        alive
+        done
+    }
+
+    /// Each of some triangles against eight rays at a time.
+    #[inline(always)]
+    fn visit_by_triangles<S: Simd>(
+        &self,
+        simd: S,
+        bundle: &mut Bundle<B::Query>,
+        part: &Range<usize>,
+        (block, index): (&LeafBlock, usize),
+        triangles: u32,
+        mask: Mask,
+    ) -> Mask {
+        let mut done = 0;
+        for group in part.clone() {
+            let mut lanes = lanes_of(mask, group);
+            let mut rest = triangles;
+            while rest != 0 && lanes != 0 {
+                let triangle = rest.trailing_zeros() as usize % LANES;
+                rest &= rest - 1;
+                let verdict = test_group(
+                    simd,
+                    &bundle.groups[group].columns,
+                    &bundle.limits[group],
+                    bundle.axes,
+                    (&block.corners, triangle),
+                );
+                let mut open = verdict.candidates & lanes;
+                if open == 0 {
+                    continue;
+                }
+                match B::Query::SHORTCUT {
+                    Shortcut::Nearest => {
+                        // Take it where it is the nearest for certain, and pass by where it is not.
+                        let face = block.faces[triangle];
+                        open &= !simd.words_equal(&bundle.faces[group], face);
+                        let lows = simd.load(&bundle.lows[group]);
+                        let nearer = verdict.certain & open & simd.are_below(verdict.high, lows);
+                        let limits = simd.load(&bundle.limits[group]);
+                        simd.store(simd.choose(nearer, verdict.low, lows), &mut bundle.lows[group]);
+                        simd.store(
+                            simd.choose(nearer, verdict.high, limits),
+                            &mut bundle.limits[group],
+                        );
+                        simd.set_words(nearer, face, &mut bundle.faces[group]);
+                        simd.set_words(nearer, index as u32, &mut bundle.blocks[group]);
+                        simd.set_words(nearer, triangle as u32, &mut bundle.triangles[group]);
+                        bundle.told &= !bits_of(nearer, group);
+                        open &= !nearer;
+                    }
+                    Shortcut::Any | Shortcut::None => {
+                        let certain = verdict.certain & open;
+                        done |= bits_of(certain, group);
+                        lanes &= !certain;
+                        open &= !certain;
+                        simd.store(
+                            simd.choose(
+                                certain,
+                                simd.splat(-1.0),
+                                simd.load(&bundle.limits[group]),
+                            ),
+                            &mut bundle.limits[group],
+                        );
+                        // Those that were found so need no decision.
+                        simd.set_words(certain, 0, &mut bundle.faces[group]);
+                    }
+                }
+                while open != 0 {
+                    let lane = open.trailing_zeros() as usize % LANES;
+                    open &= open - 1;
+                    let ray = group * LANES + lane;
+                    if self.decide_exactly_in_bundle(bundle, ray, index, 1 << triangle) {
+                        done |= 1 << ray;
+                        lanes &= !(1 << lane);
+                    }
+                }
+            }
+        }
+        done
+    }
+
+    /// Decides candidates of a leaf for a ray.
+    #[inline(always)]
+    fn decide_in_bundle(
+        &self,
+        bundle: &mut Bundle<B::Query>,
+        ray: usize,
+        candidates: &Candidates,
+        index: usize,
+    ) -> bool {
+        let (group, lane) = (ray / LANES, ray % LANES);
+        let (mut found, mut limit) = (bundle.found(group, lane), bundle.limits[group][lane]);
+        let parameter = bundle.groups[group].parameter(lane);
+        let number = bundle.first + ray;
+        let asked = Asked { number, parameter, found: &mut found, limit: &mut limit };
+        let decision = &mut bundle.decisions[ray];
+        decision.is_told = bundle.told >> ray & 1 == 1;
+        let is_done = self.decide(asked, decision, candidates, index);
+        bundle.take(ray, found, limit, is_done);
+        is_done
+    }
+
+    /// Decides triangles of a leaf of which single precision is not certain, for a ray.
+    #[cold]
+    #[inline(never)]
+    fn decide_exactly_in_bundle(
+        &self,
+        bundle: &mut Bundle<B::Query>,
+        ray: usize,
+        index: usize,
+        open: u32,
+    ) -> bool {
+        let (group, lane) = (ray / LANES, ray % LANES);
+        let (mut found, mut limit) = (bundle.found(group, lane), bundle.limits[group][lane]);
+        let parameter = bundle.groups[group].parameter(lane);
+        let number = bundle.first + ray;
+        let asked = Asked { number, parameter, found: &mut found, limit: &mut limit };
+        let decision = &mut bundle.decisions[ray];
+        decision.is_told = bundle.told >> ray & 1 == 1;
+        self.decide_exactly(asked, decision, index, open);
+        let is_done = decision.is_done();
+        bundle.take(ray, found, limit, is_done);
+        is_done
+    }
+
+    /// Takes the answers of rays that are at their end.
+    #[inline(always)]
+    fn finish_bundle<S: Simd>(
+        &mut self,
+        simd: S,
+        bundle: &mut Bundle<B::Query>,
+        mask: Mask,
+        ended: &mut Ended,
+    ) {
+        let mut rest = mask;
+        if B::Query::SHORTCUT == Shortcut::Nearest {
+            let decided = bundle.decided & bundle.told;
+            rest &= !decided;
+            while rest != 0 {
+                let ray = rest.trailing_zeros() as usize % RAYS;
+                rest &= rest - 1;
+                let Found { face, place, .. } = bundle.found(ray / LANES, ray % LANES);
+                if face != NO_FACE {
+                    ended.push(bundle.first + ray, face, place);
+                    if ended.is_full() {
+                        self.finish_ended(simd, ended);
+                    }
+                }
+            }
+            rest = mask & bundle.decided;
+            while rest != 0 {
+                let ray = rest.trailing_zeros() as usize % RAYS;
+                rest &= rest - 1;
+                if bundle.told >> ray & 1 == 1 {
+                    self.finish_decided(bundle.first + ray, &mut bundle.decisions[ray]);
+                } else {
+                    bundle.decisions[ray].restart();
+                }
+            }
+            return;
+        }
+        while rest != 0 {
+            let ray = rest.trailing_zeros() as usize % RAYS;
+            rest &= rest - 1;
+            if bundle.faces[ray / LANES][ray % LANES] != NO_FACE {
+                self.batch.finish_found(bundle.first + ray);
+            }
+            if bundle.decided >> ray & 1 == 1 {
+                self.finish_decided(bundle.first + ray, &mut bundle.decisions[ray]);
+            }
+        }
     }
 }
 
-/// The least and the largest of sixteen numbers that are not NaN.
-#[inline(always)]
-fn bounds<S: Simd>(simd: S, a: S::Floats, b: S::Floats) -> [f32; 2] {
-    let (mut low, mut high) = ([0.0; LANES], [0.0; LANES]);
-    simd.store(simd.least(a, b), &mut low);
-    simd.store(simd.largest(a, b), &mut high);
-    let (mut least, mut largest) = (low[0], high[0]);
-    for lane in 1..LANES {
-        least = if low[lane] < least { low[lane] } else { least };
-        largest = if high[lane] > largest { high[lane] } else { largest };
+impl<Q: Query> Bundle<Q> {
+    /// Takes what was decided for a ray.
+    #[inline(always)]
+    fn take(&mut self, ray: usize, found: Found, limit: f32, is_done: bool) {
+        let (group, lane) = (ray / LANES, ray % LANES);
+        self.limits[group][lane] = if is_done { -1.0 } else { limit };
+        self.lows[group][lane] = found.low;
+        self.faces[group][lane] = found.face;
+        (self.blocks[group][lane], self.triangles[group][lane]) = found.place;
+        let decision = &self.decisions[ray];
+        self.decided |= Mask::from(decision.is_prepared()) << ray;
+        self.told = self.told & !(1 << ray) | Mask::from(decision.is_told) << ray;
     }
-    [least, largest]
+}
+
+/// A bit for each number that is not this one.
+#[inline(always)]
+fn differing<S: Simd>(simd: S, a: S::Floats, b: f32) -> u32 {
+    let b = simd.splat(b);
+    simd.are_below(a, b) | simd.are_below(b, a)
+}
+
+/// The least number of each of eight vectors, none of which is NaN.
+#[inline(always)]
+fn least_of_each<S: Simd>(simd: S, a: [S::Floats; LANES]) -> [f32; LANES] {
+    let columns = simd.transposed(a);
+    let mut least = columns[0];
+    for column in 1..LANES {
+        least = simd.least(columns[column], least);
+    }
+    let mut lanes = [0.0; LANES];
+    simd.store(least, &mut lanes);
+    lanes
 }

@@ -7,25 +7,25 @@
 use std::ops::Range;
 
 use super::hit_lanes::{HitLanes, hits};
-use super::leaf_kernel::test;
-use super::plane_lanes::{LineLanes, single_parameters};
+use super::leaf_kernel::{Verdict, test};
+use super::plane_lanes::single_parameters;
 use super::query::{Query, Search, Shortcut};
 use super::ray_group::RayLanes;
 use super::wide_ray::{Parameter, WideRay};
 use crate::geometry::{Hit, NO_FACE, Ray, Vec3};
 use crate::mesh::Mesh;
 use crate::numeric::PreparedRay;
-use crate::simd::{LANES, Simd};
+use crate::simd::{Doubles, LANES, Numbers, Simd};
 use crate::tree::{KdTree, LeafBlock};
 
-/// How the answer of a ray is found whose nearest hit is known, but for where it is.
+/// What is asked about rays whose nearest hits are known, but for where they are.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Ending {
-    /// By itself.
-    Alone,
-    /// With others: t in single precision.
+    /// No nearest hits are asked for.
+    None,
+    /// t in single precision.
     Single,
-    /// With others: t and the weights.
+    /// t and the weights.
     Double,
 }
 
@@ -43,6 +43,9 @@ pub trait Batch {
     /// Up to eight rays.
     fn lanes<S: Simd>(&self, simd: S, numbers: Range<usize>) -> RayLanes<S>;
 
+    /// Eight rays of any numbers.
+    fn gather<S: Simd>(&self, simd: S, numbers: &[usize; LANES]) -> RayLanes<S>;
+
     /// How answers are found for hits that are known, but for where.
     const ENDING: Ending;
 
@@ -51,6 +54,9 @@ pub trait Batch {
 
     /// Takes the answer of [`Ending::Double`].
     fn finish_double(&mut self, _number: usize, _hit: Hit) {}
+
+    /// Takes the answer of [`Shortcut::Any`]: there is a hit.
+    fn finish_found(&mut self, _number: usize) {}
 
     /// Takes the answer of a walk that met some triangle's line.
     fn finish(&mut self, number: usize, ray: &PreparedRay, query: &mut Self::Query);
@@ -66,17 +72,30 @@ pub struct Cast<'a, B> {
     pub batch: B,
 }
 
+/// The nearest hit so far.
+#[derive(Clone, Copy)]
+pub struct Found {
+    /// Its face, or [`NO_FACE`].
+    pub face: u32,
+    /// Where it is at least; at most it is at the ray's limit.
+    pub low: f32,
+    /// In which block and lane it was found.
+    pub place: (u32, u32),
+}
+
+impl Found {
+    /// Nothing yet.
+    pub const NOTHING: Found = Found { face: NO_FACE, low: f32::INFINITY, place: (0, 0) };
+}
+
 /// A ray on its way, and what it found.
 #[derive(Clone, Copy)]
 #[repr(align(64))]
 pub struct RayState {
     /// What boxes and leaves need of it.
     pub wide: WideRay,
-    /// The nearest hit so far, where it is at least, and in which block and lane it was found. It is
-    /// at most at the limit.
-    nearest: u32,
-    nearest_low: f32,
-    place: (u32, u32),
+    /// What it found.
+    pub found: Found,
     /// Its number in the batch.
     pub number: usize,
     /// From t to the parameter of boxes and leaves.
@@ -86,14 +105,8 @@ pub struct RayState {
 impl RayState {
     /// Before the first ray.
     pub fn none() -> RayState {
-        RayState {
-            wide: WideRay::none(),
-            nearest: NO_FACE,
-            nearest_low: f32::INFINITY,
-            place: (0, 0),
-            number: 0,
-            parameter: Parameter::NONE,
-        }
+        let wide = WideRay::none();
+        RayState { wide, found: Found::NOTHING, number: 0, parameter: Parameter::NONE }
     }
 
     /// Begins with another ray.
@@ -107,7 +120,7 @@ impl RayState {
     ) {
         self.wide.copy_from(simd, wide);
         (self.number, self.parameter) = (number, parameter);
-        (self.nearest, self.nearest_low) = (NO_FACE, f32::INFINITY);
+        self.found = Found::NOTHING;
     }
 }
 
@@ -130,7 +143,12 @@ impl Candidates {
     /// Holds a ray against the triangles of a leaf.
     #[inline(always)]
     pub fn find<S: Simd>(&mut self, simd: S, ray: &RayState, block: &LeafBlock) {
-        let verdict = test(simd, &ray.wide, &block.corners);
+        self.set(simd, test(simd, &ray.wide, &block.corners));
+    }
+
+    /// Takes what is known.
+    #[inline(always)]
+    pub fn set<S: Simd>(&mut self, simd: S, verdict: Verdict<S::Floats>) {
         simd.store(verdict.low, &mut self.low);
         simd.store(verdict.high, &mut self.high);
         (self.open, self.certain) = (verdict.candidates, verdict.certain);
@@ -142,7 +160,7 @@ impl Candidates {
 pub struct Decision<Q> {
     is_prepared: bool,
     /// True if the query knows the walk's nearest hit.
-    is_told: bool,
+    pub is_told: bool,
     prepared: PreparedRay,
     query: Q,
 }
@@ -156,9 +174,21 @@ impl<Q: Query + Default> Decision<Q> {
 }
 
 impl<Q: Query> Decision<Q> {
+    /// True if anything was decided.
+    #[inline(always)]
+    pub fn is_prepared(&self) -> bool {
+        self.is_prepared
+    }
+
+    /// True if nothing more can matter.
+    #[inline(always)]
+    pub fn is_done(&self) -> bool {
+        self.query.is_done()
+    }
+
     /// Forgets the last ray.
     #[inline(always)]
-    fn restart(&mut self) {
+    pub fn restart(&mut self) {
         if self.is_prepared {
             self.query.restart();
             (self.is_prepared, self.is_told) = (false, false);
@@ -172,7 +202,7 @@ impl<B: Batch> Cast<'_, B> {
     #[inline(always)]
     pub fn decide(
         &self,
-        ray: &mut RayState,
+        ray: Asked,
         decision: &mut Decision<B::Query>,
         candidates: &Candidates,
         index: usize,
@@ -195,13 +225,13 @@ impl<B: Batch> Cast<'_, B> {
                     let lane = rest.trailing_zeros() as usize % LANES;
                     rest &= rest - 1;
                     let (face, low, high) = (block.faces[lane], low[lane], high[lane]);
-                    let is_beyond = placed >> lane & 1 == 1 && low > ray.wide.limit;
-                    if face == ray.nearest || face == NO_FACE || is_beyond {
+                    let is_beyond = placed >> lane & 1 == 1 && low > *ray.limit;
+                    if face == ray.found.face || face == NO_FACE || is_beyond {
                         continue;
                     }
-                    if certain >> lane & 1 == 1 && high < ray.nearest_low {
-                        (ray.nearest, ray.nearest_low, ray.wide.limit) = (face, low, high);
-                        ray.place = (index as u32, lane as u32);
+                    if certain >> lane & 1 == 1 && high < ray.found.low {
+                        *ray.found = Found { face, low, place: (index as u32, lane as u32) };
+                        *ray.limit = high;
                         decision.is_told = false;
                     } else {
                         open |= 1 << lane;
@@ -212,29 +242,29 @@ impl<B: Batch> Cast<'_, B> {
         if open == 0 {
             return false;
         }
-        self.decide_exactly(ray, decision, block, open);
+        self.decide_exactly(ray, decision, index, open);
         decision.query.is_done()
     }
 
     /// Decides triangles of a block of which single precision is not certain.
     #[inline(never)]
-    fn decide_exactly(
+    pub fn decide_exactly(
         &self,
-        ray: &mut RayState,
+        ray: Asked,
         decision: &mut Decision<B::Query>,
-        block: &LeafBlock,
+        index: usize,
         mut open: u32,
     ) {
         let tree = self.tree;
-        self.prepare(ray, decision);
+        let Asked { number, parameter, found, limit } = ray;
+        self.prepare(number, decision);
         let Decision { prepared, query, is_told, .. } = decision;
-        if ray.nearest != NO_FACE && !*is_told {
+        if found.face != NO_FACE && !*is_told {
             query.restart();
-            let (block, lane) = (&tree.leaves.blocks[ray.place.0 as usize], ray.place.1 as usize);
-            let corners = tree.leaves.corners(self.mesh, &tree.frame, block, lane);
-            prepared.meet_line_then(corners, ray.nearest, query);
+            prepared.meet_line_then(self.corners_at(found.place), found.face, query);
         }
         *is_told = true;
+        let block = &tree.leaves.blocks[index];
         while open != 0 {
             let lane = open.trailing_zeros() as usize;
             open &= open - 1;
@@ -247,16 +277,15 @@ impl<B: Batch> Cast<'_, B> {
         if B::Query::SHORTCUT == Shortcut::Nearest {
             let (face, bounds) = query.nearest();
             if face != NO_FACE {
-                (ray.nearest, ray.nearest_low) = (face, ray.parameter.lower(bounds.low));
-                ray.wide.limit = ray.parameter.limit(bounds.high);
+                (found.face, found.low) = (face, parameter.lower(bounds.low));
+                *limit = parameter.limit(bounds.high);
             }
         }
     }
 
-    #[inline(always)]
-    pub fn prepare(&self, ray: &RayState, decision: &mut Decision<B::Query>) {
+    fn prepare(&self, number: usize, decision: &mut Decision<B::Query>) {
         if !decision.is_prepared {
-            decision.prepared.set(&self.batch.ray(ray.number));
+            decision.prepared.set(&self.batch.ray(number));
             decision.is_prepared = true;
         }
     }
@@ -270,23 +299,23 @@ impl<B: Batch> Cast<'_, B> {
         decision: &mut Decision<B::Query>,
         ended: &mut Ended,
     ) {
-        let is_known =
-            B::Query::SHORTCUT == Shortcut::Nearest && ray.nearest != NO_FACE && !decision.is_told;
-        if is_known {
-            if B::ENDING != Ending::Alone {
-                ended.hits[ended.count % LANES] = (ray.number, ray.nearest, ray.place);
-                ended.count += 1;
-                if ended.count == LANES {
-                    self.finish_ended(simd, ended);
-                }
-                decision.restart();
-                return;
+        let Found { face, place, .. } = ray.found;
+        if B::Query::SHORTCUT == Shortcut::Nearest && face != NO_FACE && !decision.is_told {
+            ended.push(ray.number, face, place);
+            if ended.count == LANES {
+                self.finish_ended(simd, ended);
             }
-            self.prepare(ray, decision);
-            decision.query.settle(ray.nearest, self.corners_at(ray.place));
+            decision.restart();
+        } else {
+            self.finish_decided(ray.number, decision);
         }
+    }
+
+    /// Takes the answer of a ray that was decided, if it was.
+    #[inline(always)]
+    pub fn finish_decided(&mut self, number: usize, decision: &mut Decision<B::Query>) {
         if decision.is_prepared {
-            self.batch.finish(ray.number, &decision.prepared, &mut decision.query);
+            self.batch.finish(number, &decision.prepared, &mut decision.query);
             decision.restart();
         }
     }
@@ -297,41 +326,77 @@ impl<B: Batch> Cast<'_, B> {
         self.tree.leaves.corners(self.mesh, &self.tree.frame, block, lane as usize)
     }
 
+    /// The corners of eight triangles, in the user's coordinates.
+    #[inline(always)]
+    fn corner_lanes<S: Simd>(&self, simd: S, ended: &Ended) -> [[Numbers<S>; 3]; 3] {
+        let (wide, leaves, frame) = (simd.doubles(), &self.tree.leaves, &self.tree.frame);
+        let mut corners = [[wide.splat(0.0); 3]; 3];
+        if leaves.are_exact {
+            let mut lanes = [[[0.0; LANES]; 3]; 3];
+            for lane in 0..LANES {
+                let (index, triangle) = ended.places[lane];
+                let block = &leaves.blocks[index as usize].corners;
+                for corner in 0..3 {
+                    for axis in 0..3 {
+                        lanes[corner][axis][lane] = block[corner][axis][triangle as usize % LANES];
+                    }
+                }
+            }
+            for corner in 0..3 {
+                for axis in 0..3 {
+                    let number = simd.widen(simd.load(&lanes[corner][axis]));
+                    let scaled = wide.times(number, wide.splat(frame.unit()));
+                    corners[corner][axis] = wide.plus(scaled, wide.splat(frame.offset()[axis]));
+                }
+            }
+        } else {
+            let mut lanes = [[[0.0; LANES]; 3]; 3];
+            for lane in 0..ended.count.min(LANES) {
+                let triangle = self.mesh.corners(ended.faces[lane]);
+                for corner in 0..3 {
+                    for axis in 0..3 {
+                        lanes[corner][axis][lane] = triangle[corner][axis];
+                    }
+                }
+            }
+            for corner in 0..3 {
+                for axis in 0..3 {
+                    corners[corner][axis] = wide.load(&lanes[corner][axis]);
+                }
+            }
+        }
+        corners
+    }
+
     /// Takes the answers of rays that wait for the end of others.
     #[inline(always)]
     pub fn finish_ended<S: Simd>(&mut self, simd: S, ended: &mut Ended) {
         let count = ended.count.min(LANES);
-        for lane in 0..count {
-            let (number, _, place) = ended.hits[lane];
-            let ray = self.batch.ray(number);
-            let [a, b, c] = self.corners_at(place);
-            for axis in 0..3 {
-                ended.lanes[0][axis][lane] = ray.origin[axis];
-                ended.lanes[1][axis][lane] = ray.direction[axis];
-                ended.lanes[2][axis][lane] = a[axis];
-                ended.lanes[3][axis][lane] = b[axis];
-                ended.lanes[4][axis][lane] = c[axis];
-            }
+        if count == 0 {
+            return;
         }
+        let [a, b, c] = self.corner_lanes(simd, ended);
+        let rays = self.batch.gather(simd, &ended.numbers);
+        let lanes = [rays.origin, rays.direction, a, b, c];
         if B::ENDING == Ending::Single {
-            let (t, certain) = single_parameters(simd, &ended.lanes);
+            let (t, certain) = single_parameters(simd, &lanes);
             for lane in 0..count {
-                let (number, face, place) = ended.hits[lane];
+                let (number, face) = (ended.numbers[lane], ended.faces[lane]);
                 if certain >> lane & 1 == 1 {
                     self.batch.finish_single(number, t[lane], face);
                 } else {
-                    self.finish_closely(number, face, place);
+                    self.finish_closely(number, face, ended.places[lane]);
                 }
             }
         } else {
-            let HitLanes { t, u, v, known } = hits(simd, &ended.lanes);
+            let HitLanes { t, u, v, known } = hits(simd, &lanes);
             for lane in 0..count {
-                let (number, face, place) = ended.hits[lane];
+                let (number, face) = (ended.numbers[lane], ended.faces[lane]);
                 if known >> lane & 1 == 1 {
                     let hit = Hit { t: t[lane], face, u: u[lane], v: v[lane] };
                     self.batch.finish_double(number, hit);
                 } else {
-                    self.finish_closely(number, face, place);
+                    self.finish_closely(number, face, ended.places[lane]);
                 }
             }
         }
@@ -350,15 +415,42 @@ impl<B: Batch> Cast<'_, B> {
 
 /// Rays that came to an end with hits that are known, but for t.
 pub struct Ended {
-    /// Number, face and place.
-    hits: [(usize, u32, (u32, u32)); LANES],
+    numbers: [usize; LANES],
+    faces: [u32; LANES],
+    places: [(u32, u32); LANES],
     count: usize,
-    lanes: LineLanes,
 }
 
 impl Ended {
     /// None yet.
     pub fn none() -> Ended {
-        Ended { hits: [(0, NO_FACE, (0, 0)); LANES], count: 0, lanes: [[[0.0; LANES]; 3]; 5] }
+        let (numbers, faces, places) = ([0; LANES], [NO_FACE; LANES], [(0, 0); LANES]);
+        Ended { numbers, faces, places, count: 0 }
     }
+
+    /// Takes one more.
+    #[inline(always)]
+    pub fn push(&mut self, number: usize, face: u32, place: (u32, u32)) {
+        let lane = self.count % LANES;
+        (self.numbers[lane], self.faces[lane], self.places[lane]) = (number, face, place);
+        self.count += 1;
+    }
+
+    /// True if the answers are to be taken before there is room again.
+    #[inline(always)]
+    pub fn is_full(&self) -> bool {
+        self.count == LANES
+    }
+}
+
+/// A ray about which candidates are decided.
+pub struct Asked<'a> {
+    /// Its number in the batch.
+    pub number: usize,
+    /// From t to the parameter of boxes and leaves.
+    pub parameter: Parameter,
+    /// What it found.
+    pub found: &'a mut Found,
+    /// Where it stops to matter.
+    pub limit: &'a mut f32,
 }

@@ -5,7 +5,7 @@
 //! multiplied is neither very large nor very small, and not zero by a rounding, a power of two changes
 //! no bit. The other lines are left open, as are those whose errors leave t or the weights in doubt.
 
-use super::plane_lanes::{LineLanes, load, minus};
+use super::plane_lanes::{LineLanes, minus};
 use crate::numeric::{
     BARYCENTRIC_ERROR, CORRECTION_ERROR, MAX_DETERMINANT_ERROR, POINT_ERROR, WEIGHT_ERROR,
 };
@@ -33,16 +33,10 @@ const STRICTER: f64 = 1.5;
 
 /// Hits of lines that are known to meet the triangles.
 #[inline(always)]
-pub fn hits<S: Simd>(simd: S, lanes: &LineLanes) -> HitLanes {
+pub fn hits<S: Simd>(simd: S, lanes: &LineLanes<S>) -> HitLanes {
     let wide = simd.doubles();
     let (zero, one) = (wide.splat(0.0), wide.splat(1.0));
-    let [origin, direction, a, b, c] = [
-        load(simd, &lanes[0]),
-        load(simd, &lanes[1]),
-        load(simd, &lanes[2]),
-        load(simd, &lanes[3]),
-        load(simd, &lanes[4]),
-    ];
+    let [origin, direction, a, b, c] = *lanes;
 
     // Take the normal, and the approximate t.
     let (ab, ac) = (minus(simd, &b, &a), minus(simd, &c, &a));

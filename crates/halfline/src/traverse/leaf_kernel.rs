@@ -1,5 +1,9 @@
-//! A ray against the eight triangles of a leaf, in single precision: which it misses for certain,
-//! which it hits for certain, and where.
+//! Rays against triangles, in single precision: which are missed for certain, which are hit for
+//! certain, and where.
+//!
+//! There is one kernel of eight lanes, in two shapes: one ray against the eight triangles of a leaf, and
+//! one triangle against eight rays. For bundles of rays there is also a line with a margin around it: what
+//! it misses is missed by all lines within the margin.
 
 use super::ray_group::{Columns, RayGroup, RayRows};
 use super::wide_ray::{WideRay, World};
@@ -8,16 +12,16 @@ use crate::numeric::{CornerLanes, UNIT_ROUNDOFF};
 use crate::simd::{Job, LANES, Level, Simd};
 use crate::tree::{KdTree, LeafBlock};
 
-/// What is certain about eight triangles.
+/// What is certain about eight pairs of ray and triangle.
 pub struct Verdict<F> {
-    /// A bit for each that the ray may hit.
+    /// A bit for each where the ray may hit the triangle.
     pub candidates: u32,
-    /// A bit for each of those that it hits, in the inside and within its range.
+    /// A bit for each of those where it does, in the inside and within its range.
     pub certain: u32,
-    /// A bit for each whose place is known.
+    /// A bit for each where the place is known.
     pub placed: u32,
     /// In the ray's parameter, two numbers between which its line meets the triangle, if it does and
-    /// its place is known.
+    /// the place is known.
     pub low: F,
     /// The second.
     pub high: F,
@@ -30,27 +34,103 @@ const MEAN_ERROR: f32 = 2.5;
 /// How many times its error the sum of the weights must be for the mean to be any good.
 const STABLE: f32 = 8.0;
 
-/// Holds a ray against the triangles of a leaf. The bounds hold for fused and for separate roundings,
-/// so the sets of instructions may differ in what is certain, but in nothing that is met.
+/// Rays by lane, or one ray in all lanes: what the kernel needs of them, beginning with the slopes, in the
+/// order of [`Columns`].
+type Lines<S> = [<S as Simd>::Floats; Columns::COUNT - Columns::SLOPE];
+
+const SLOPE: usize = 0;
+const CENTER: usize = Columns::CENTER - Columns::SLOPE;
+const ERROR: usize = Columns::ERROR - Columns::SLOPE;
+const DEPTH: usize = Columns::DEPTH - Columns::SLOPE;
+const BEGIN: usize = Columns::BEGIN - Columns::SLOPE;
+const END: usize = Columns::END - Columns::SLOPE;
+
+/// Triangles by lane, or one in all lanes: by corner, the coordinates across the axis of projection and
+/// the one along it.
+type Corners<S> = [[<S as Simd>::Floats; 3]; 3];
+
+/// Holds a ray against the triangles of a leaf.
 #[inline(always)]
 pub fn test<S: Simd>(simd: S, ray: &WideRay, corners: &CornerLanes) -> Verdict<S::Floats> {
+    let numbers = ray.fields();
+    let mut line = [simd.splat(0.0); Columns::COUNT - Columns::SLOPE];
+    for field in 0..line.len() {
+        line[field] = simd.splat(numbers[Columns::SLOPE + field]);
+    }
+    let axes = ray.filter.parts().0;
+    judge(simd, &line, simd.splat(ray.limit), &triangles(simd, axes, corners))
+}
+
+/// Holds a ray of a group against the triangles of a leaf.
+#[inline(always)]
+pub fn test_lane<S: Simd>(
+    simd: S,
+    (columns, lane): (&Columns, usize),
+    limit: f32,
+    axes: [usize; 3],
+    corners: &CornerLanes,
+) -> Verdict<S::Floats> {
+    let mut line = [simd.splat(0.0); Columns::COUNT - Columns::SLOPE];
+    for field in 0..line.len() {
+        line[field] = simd.splat(columns.at(Columns::SLOPE + field, lane));
+    }
+    judge(simd, &line, simd.splat(limit), &triangles(simd, axes, corners))
+}
+
+/// Holds eight rays, whose projections have these axes, against one triangle of a leaf.
+#[inline(always)]
+pub fn test_group<S: Simd>(
+    simd: S,
+    columns: &Columns,
+    limits: &[f32; LANES],
+    axes: [usize; 3],
+    (corners, lane): (&CornerLanes, usize),
+) -> Verdict<S::Floats> {
+    let mut lines = [simd.splat(0.0); Columns::COUNT - Columns::SLOPE];
+    for field in 0..lines.len() {
+        lines[field] = columns.load(simd, Columns::SLOPE + field);
+    }
+    let mut triangle = [[simd.splat(0.0); 3]; 3];
+    for corner in 0..3 {
+        for axis in 0..3 {
+            triangle[corner][axis] = simd.splat(corners[corner][axes[axis]][lane]);
+        }
+    }
+    judge(simd, &lines, simd.load(limits), &triangle)
+}
+
+#[inline(always)]
+fn triangles<S: Simd>(simd: S, axes: [usize; 3], corners: &CornerLanes) -> Corners<S> {
+    let mut triangles = [[simd.splat(0.0); 3]; 3];
+    for corner in 0..3 {
+        for axis in 0..3 {
+            triangles[corner][axis] = simd.load(&corners[corner][axes[axis]]);
+        }
+    }
+    triangles
+}
+
+/// The kernel. The bounds hold for fused and for separate roundings, so the sets of instructions may
+/// differ in what is certain, but in nothing that is met.
+#[inline(always)]
+fn judge<S: Simd>(
+    simd: S,
+    lines: &Lines<S>,
+    limit: S::Floats,
+    corners: &Corners<S>,
+) -> Verdict<S::Floats> {
     // Project the corners along the line, which goes to the origin.
-    let (axes, slope, center, error) = ray.filter.parts();
-    let slope = [simd.splat(slope[0]), simd.splat(slope[1])];
-    let center = [simd.splat(center[0]), simd.splat(center[1])];
-    let depths = [
-        simd.load(&corners[0][axes[2]]),
-        simd.load(&corners[1][axes[2]]),
-        simd.load(&corners[2][axes[2]]),
-    ];
-    let a = project(simd, axes, slope, center, depths[0], &corners[0]);
-    let b = project(simd, axes, slope, center, depths[1], &corners[1]);
-    let c = project(simd, axes, slope, center, depths[2], &corners[2]);
+    let slope = [lines[SLOPE], lines[SLOPE + 1]];
+    let center = [lines[CENTER], lines[CENTER + 1]];
+    let a = project(simd, slope, center, &corners[0]);
+    let b = project(simd, slope, center, &corners[1]);
+    let c = project(simd, slope, center, &corners[2]);
+    let depths = [corners[0][2], corners[1][2], corners[2][2]];
 
     // Take the edge functions, their least and largest, and the bound on their error.
     let (u, v, w) = (edge(simd, c, b), edge(simd, a, c), edge(simd, b, a));
     let distance = simd.plus(simd.plus(length(simd, a), length(simd, b)), length(simd, c));
-    let error = simd.multiply_add(simd.splat(error[0]), distance, simd.splat(error[1]));
+    let error = simd.multiply_add(lines[ERROR], distance, lines[ERROR + 1]);
     let least = simd.least(simd.least(u, v), w);
     let largest = simd.largest(simd.largest(u, v), w);
 
@@ -64,27 +144,72 @@ pub fn test<S: Simd>(simd: S, ray: &WideRay, corners: &CornerLanes) -> Verdict<S
     let inverse = simd.divided(simd.splat(1.0), sum);
     let mean = simd.multiply_add(v, depths[1], simd.times(w, depths[2]));
     let mean = simd.times(simd.multiply_add(u, depths[0], mean), inverse);
-    let at = simd.multiply_add(mean, simd.splat(ray.depth.inverse), simd.splat(ray.depth.base));
+    let at = simd.multiply_add(mean, lines[DEPTH], lines[DEPTH + 1]);
     let nearest = simd.least(simd.least(depths[0], depths[1]), depths[2]);
     let farthest = simd.largest(simd.largest(depths[0], depths[1]), depths[2]);
     let extent = simd.times(simd.minus(farthest, nearest), simd.splat(MEAN_ERROR));
     let share = simd.magnitude(simd.times(error, inverse));
-    let room = simd.multiply_add(extent, share, simd.splat(ray.depth.error));
+    let room = simd.multiply_add(extent, share, lines[DEPTH + 2]);
     let (low, high) = (simd.minus(at, room), simd.plus(at, room));
 
     // Which are out of range for certain, and which within it?
     let is_stable = simd.are_below(simd.times(error, simd.splat(STABLE)), simd.magnitude(sum));
-    let [begin, begun] = ray.depth.begin;
-    let is_beyond = simd.are_below(simd.splat(ray.limit), low);
-    let is_before = simd.are_below(high, simd.splat(begin));
-    let is_within =
-        simd.are_below(simd.splat(begun), low) & simd.are_below(high, simd.splat(ray.depth.end));
+    let is_beyond = simd.are_below(limit, low);
+    let is_before = simd.are_below(high, lines[BEGIN]);
+    let is_within = simd.are_below(lines[BEGIN + 1], low) & simd.are_below(high, lines[END]);
     let candidates = !is_missed & !(is_stable & (is_beyond | is_before)) & ALL;
     let certain = candidates & is_stable & is_crossed & is_within;
     Verdict { candidates, certain, placed: is_stable, low, high }
 }
 
 const ALL: u32 = (1 << LANES) - 1;
+
+/// A line, and how far from it others may be, across the axis along which they are projected, as far as
+/// the scene goes.
+#[derive(Clone, Copy, Default)]
+pub struct Beam {
+    /// Of the line.
+    pub slope: [f32; 2],
+    /// Of the line.
+    pub center: [f32; 2],
+    /// How far from its projected corners, along both axes, those of another line may be found.
+    pub margin: [f32; 2],
+}
+
+/// Room for the roundings of a bound.
+const BOUND_ROUNDING: f32 = 1.0 + 1.0 / 1024.0;
+
+impl Beam {
+    /// A bit for each triangle of a leaf that one of the lines may meet.
+    ///
+    /// Where corners are off by up to (p, q), an edge function is by up to q times the distances along
+    /// the first axis, p times those along the second, and 2 p q: the bound of the leaf filter, with
+    /// margins of their own for the axes.
+    #[inline(always)]
+    pub fn candidates<S: Simd>(&self, simd: S, axes: [usize; 3], corners: &CornerLanes) -> u32 {
+        let slope = [simd.splat(self.slope[0]), simd.splat(self.slope[1])];
+        let center = [simd.splat(self.center[0]), simd.splat(self.center[1])];
+        let [p, q] = self.margin;
+        let corners = triangles(simd, axes, corners);
+        let a = project(simd, slope, center, &corners[0]);
+        let b = project(simd, slope, center, &corners[1]);
+        let c = project(simd, slope, center, &corners[2]);
+        let (u, v, w) = (edge(simd, c, b), edge(simd, a, c), edge(simd, b, a));
+        let across = [distance(simd, a[0], b[0], c[0]), distance(simd, a[1], b[1], c[1])];
+        let least_error = simd.splat(2.0 * BOUND_ROUNDING * p * q);
+        let error = simd.multiply_add(simd.splat(p), across[1], least_error);
+        let error = simd.multiply_add(simd.splat(q), across[0], error);
+        let least = simd.least(simd.least(u, v), w);
+        let largest = simd.largest(simd.largest(u, v), w);
+        let minus_error = simd.minus(simd.splat(0.0), error);
+        !(simd.are_below(least, minus_error) & simd.are_below(error, largest)) & ALL
+    }
+}
+
+#[inline(always)]
+fn distance<S: Simd>(simd: S, a: S::Floats, b: S::Floats, c: S::Floats) -> S::Floats {
+    simd.plus(simd.plus(simd.magnitude(a), simd.magnitude(b)), simd.magnitude(c))
+}
 
 /// What single precision knows about a ray and the triangles of a leaf.
 #[derive(Clone, Copy, Debug)]
@@ -122,8 +247,8 @@ impl Job for Judged<'_> {
         let tree = self.tree;
         let world = World { frame: tree.frame, root: tree.root.bounds, reach: tree.reach };
         let lanes = RayRows::lanes(simd, &[*self.ray; LANES]);
-        let (mut rays, mut columns) = (RayGroup::none(), Columns::none());
-        rays.set(simd, &lanes, &world, &mut columns);
+        let mut rays = RayGroup::none();
+        rays.set(simd, &lanes, &world);
         if rays.met & 1 == 0 || rays.single & 1 == 1 {
             return None;
         }
@@ -149,16 +274,13 @@ impl Job for Judged<'_> {
 #[inline(always)]
 fn project<S: Simd>(
     simd: S,
-    axes: [usize; 3],
     slope: [S::Floats; 2],
     center: [S::Floats; 2],
-    depth: S::Floats,
-    corner: &[[f32; 8]; 3],
+    [x, y, depth]: &[S::Floats; 3],
 ) -> [S::Floats; 2] {
-    let across = [simd.load(&corner[axes[0]]), simd.load(&corner[axes[1]])];
     [
-        simd.minus(simd.subtract_product(slope[0], depth, across[0]), center[0]),
-        simd.minus(simd.subtract_product(slope[1], depth, across[1]), center[1]),
+        simd.minus(simd.subtract_product(slope[0], *depth, *x), center[0]),
+        simd.minus(simd.subtract_product(slope[1], *depth, *y), center[1]),
     ]
 }
 

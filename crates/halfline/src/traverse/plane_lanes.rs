@@ -3,22 +3,16 @@
 use crate::numeric::{MAX_DETERMINANT_ERROR, UNIT_ROUNDOFF};
 use crate::simd::{Doubles, LANES, Numbers, Simd};
 
-/// Eight lines and triangles, by lane: origins, directions, and corners, by axis.
-pub type LineLanes = [[[f64; LANES]; 3]; 5];
+/// Eight lines and triangles: origins, directions, and corners, by axis.
+pub type LineLanes<S> = [[Numbers<S>; 3]; 5];
 
 /// t in single precision, for eight lines that are known to cross the planes of triangles, in plain
 /// doubles: `n . (a - origin) / (n . direction)`. A bit for each that is known: not where its error
 /// leaves two numbers to choose from, or something is so large or small that the error is not known.
 #[inline(always)]
-pub fn single_parameters<S: Simd>(simd: S, lanes: &LineLanes) -> ([f32; LANES], u32) {
+pub fn single_parameters<S: Simd>(simd: S, lanes: &LineLanes<S>) -> ([f32; LANES], u32) {
     let wide = simd.doubles();
-    let [origin, along, a, b, c] = [
-        load(simd, &lanes[0]),
-        load(simd, &lanes[1]),
-        load(simd, &lanes[2]),
-        load(simd, &lanes[3]),
-        load(simd, &lanes[4]),
-    ];
+    let [origin, along, a, b, c] = *lanes;
     let (ab, ac, oa) = (minus(simd, &b, &a), minus(simd, &c, &a), minus(simd, &a, &origin));
     let (mut numerator, mut determinant) = (wide.splat(0.0), wide.splat(0.0));
     let (mut numerator_permanent, mut determinant_permanent) = (numerator, numerator);
@@ -67,13 +61,6 @@ pub fn single_parameters<S: Simd>(simd: S, lanes: &LineLanes) -> ([f32; LANES], 
     (low, certain)
 }
 
-/// The numbers of an axis each.
-#[inline(always)]
-pub fn load<S: Simd>(simd: S, lanes: &[[f64; LANES]; 3]) -> [Numbers<S>; 3] {
-    let wide = simd.doubles();
-    [wide.load(&lanes[0]), wide.load(&lanes[1]), wide.load(&lanes[2])]
-}
-
 /// `p - q`.
 #[inline(always)]
 pub fn minus<S: Simd>(simd: S, p: &[Numbers<S>; 3], q: &[Numbers<S>; 3]) -> [Numbers<S>; 3] {
@@ -98,14 +85,21 @@ mod tests {
     use crate::numeric::PreparedRay;
     use crate::simd::{Job, Level};
 
-    struct Lines(LineLanes);
+    struct Lines([[[f64; LANES]; 3]; 5]);
 
     impl Job for &Lines {
         type Output = ([f32; LANES], u32);
 
         #[inline(always)]
         fn run<S: Simd>(self, simd: S) -> ([f32; LANES], u32) {
-            single_parameters(simd, &self.0)
+            let wide = simd.doubles();
+            let mut lanes = [[wide.splat(0.0); 3]; 5];
+            for row in 0..5 {
+                for axis in 0..3 {
+                    lanes[row][axis] = wide.load(&self.0[row][axis]);
+                }
+            }
+            single_parameters(simd, &lanes)
         }
     }
 

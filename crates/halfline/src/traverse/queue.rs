@@ -18,8 +18,10 @@
 //! popped needs no test. Different from wavefront tracers (S. Laine, T. Karras, T. Aila, "Megakernels
 //! Considered Harmful", HPG 2013): the queues hold few enough rays to stay in the first caches.
 
-use super::bundle::{Bundle, RAYS};
-use super::cast::{Batch, Candidates, Cast, Decision, Ended, RayState};
+use std::ops::Range;
+
+use super::bundle::{Bundle, GROUPS, Mask, RAYS};
+use super::cast::{Asked, Batch, Candidates, Cast, Decision, Ended, RayState};
 use super::wide_ray::World;
 use crate::simd::{Job, LANES, Simd, WORDS};
 use crate::tree::{KdTree, LeafBlock, WideNode, Word};
@@ -125,16 +127,23 @@ fn next_slot(mask: &mut u32) -> Option<usize> {
 struct Waiting<Q> {
     bundle: Bundle<Q>,
     /// A bit for each that waits.
-    lanes: u32,
+    rays: Mask,
     /// True for what is left of a bundle that was on its way.
     is_under_way: bool,
+    /// How many of the groups that were prepared are still to be looked at, and from which on.
+    groups: Range<usize>,
+    /// How many at a time.
+    together: usize,
     /// The number of the first ray that was not looked at yet.
     next: usize,
-    /// Groups of rays that in turn were too different to go as a bundle.
+    /// How often in turn rays were too different to go as a bundle.
     failures: u32,
     /// Rays that wait for their last answers.
     ended: Ended,
 }
+
+/// Groups that go as a bundle if all those that are looked at together do not.
+const FEWER: usize = 2;
 
 impl<B: Batch> Job for Cast<'_, B> {
     type Output = B;
@@ -147,8 +156,10 @@ impl<B: Batch> Job for Cast<'_, B> {
         let bundle = Bundle::new(tree.wide.most_waiting);
         let mut waiting = Waiting {
             bundle,
-            lanes: 0,
+            rays: 0,
             is_under_way: false,
+            groups: 0..0,
+            together: 1,
             next: 0,
             failures: 0,
             ended: Ended::none(),
@@ -204,7 +215,13 @@ impl<B: Batch> Job for Cast<'_, B> {
                 let ray = &mut rays[slot];
                 let before = ray.wide.limit;
                 let index = Word(words[slot]).index();
-                if self.decide(ray, &mut decisions[slot], candidates, index) {
+                let asked = Asked {
+                    number: ray.number,
+                    parameter: ray.parameter,
+                    found: &mut ray.found,
+                    limit: &mut ray.wide.limit,
+                };
+                if self.decide(asked, &mut decisions[slot], candidates, index) {
                     words[slot] = Word::END.0;
                 } else {
                     if ray.wide.limit < before {
@@ -246,33 +263,54 @@ impl<B: Batch> Cast<'_, B> {
         stacks: &mut Stacks,
         slot: usize,
     ) -> Word {
-        while waiting.lanes == 0 {
-            if waiting.next >= self.batch.count() {
-                return Word::IDLE;
+        while waiting.rays == 0 {
+            if waiting.groups.is_empty() {
+                if waiting.next >= self.batch.count() {
+                    return Word::IDLE;
+                }
+                self.prepare_next(simd, world, waiting);
+            } else {
+                self.cast_next(simd, world, memory, waiting);
             }
-            self.next_group(simd, world, memory, waiting);
         }
-        let lane = waiting.lanes.trailing_zeros() as usize;
-        waiting.lanes &= waiting.lanes - 1;
+        let number = waiting.rays.trailing_zeros() as usize % RAYS;
+        waiting.rays &= waiting.rays - 1;
         let bundle = &mut waiting.bundle;
         if waiting.is_under_way {
-            std::mem::swap(ray, &mut bundle.rays[lane]);
-            std::mem::swap(decision, &mut bundle.decisions[lane]);
+            bundle.hand_over(simd, number, ray, decision);
             let (nears, words) = stacks.places(slot);
             let count = bundle.copy_waiting(words, nears);
             stacks.restart(slot, count);
             Word(stacks.pop_after(slot, 0))
         } else {
-            let (wide, parameter) = bundle.groups[lane / LANES].lane(lane % LANES);
-            ray.restart(simd, bundle.first + lane, wide, parameter);
+            let group = &bundle.groups[number / LANES];
+            let (wide, parameter) = group.lane(number % LANES);
+            ray.restart(simd, bundle.first + number, wide, parameter);
             stacks.restart(slot, 0);
             self.tree.wide.root
         }
     }
 
-    /// Prepares the next rays, and casts them as a bundle if they are alike.
+    /// Prepares the next rays.
     #[inline(always)]
-    fn next_group<S: Simd>(
+    fn prepare_next<S: Simd>(&self, simd: S, world: &World, waiting: &mut Waiting<B::Query>) {
+        let first = waiting.next;
+        waiting.next = self.batch.count().min(first + RAYS);
+        waiting.bundle.first = first;
+        let count = (waiting.next - first).div_ceil(LANES);
+        for group in 0..count {
+            let begin = first + group * LANES;
+            let numbers = begin..waiting.next.min(begin + LANES);
+            self.prepare_rays(simd, world, &mut waiting.bundle.groups[group], numbers);
+        }
+        waiting.groups = 0..count;
+        waiting.together = GROUPS;
+    }
+
+    /// Casts as many of the rays that were prepared as go together as a bundle; the others are to go by
+    /// themselves.
+    #[inline(always)]
+    fn cast_next<S: Simd>(
         &mut self,
         simd: S,
         world: &World,
@@ -280,29 +318,32 @@ impl<B: Batch> Cast<'_, B> {
         waiting: &mut Waiting<B::Query>,
     ) {
         let bundle = &mut waiting.bundle;
-        let first = waiting.next;
-        waiting.next = self.batch.count().min(first + RAYS);
-        bundle.first = first;
-        waiting.lanes = 0;
-        waiting.is_under_way = false;
-        for half in 0..2 {
-            let begin = first + half * LANES;
-            let end = waiting.next.min(begin + LANES);
-            if begin < end {
-                waiting.lanes |=
-                    self.prepare_rays(simd, world, bundle, half, begin..end) << (half * LANES);
+        let is_tried = waiting.failures < 8 || (bundle.first / RAYS).is_multiple_of(8);
+        let is_tried = is_tried && self.can_bundle();
+        let all = &mut waiting.groups;
+        let mut part = all.start..all.end.min(all.start + waiting.together);
+        let mut is_coherent = false;
+        if is_tried {
+            is_coherent = part.len() == waiting.together && bundle.is_coherent(simd, world, &part);
+            if !is_coherent && waiting.together > FEWER {
+                waiting.together = FEWER;
+                part = all.start..all.end.min(all.start + FEWER);
+                is_coherent = part.len() == FEWER && bundle.is_coherent(simd, world, &part);
             }
         }
-        let is_tried = waiting.failures < 4 || (first / RAYS).is_multiple_of(8);
-        if is_tried && waiting.lanes == (1 << RAYS) - 1 && self.can_bundle() {
-            if bundle.is_coherent(simd, world) {
-                waiting.failures = 0;
-                waiting.lanes = self.cast_bundle(simd, memory, bundle, &mut waiting.ended);
-                waiting.is_under_way = true;
-            } else {
-                waiting.failures += 1;
+        all.start = part.end;
+        if is_coherent {
+            waiting.failures = 0;
+            waiting.rays = self.cast_bundle(simd, memory, bundle, &part, &mut waiting.ended);
+        } else {
+            waiting.failures += u32::from(is_tried);
+            waiting.rays = 0;
+            for group in part {
+                bundle.groups[group].write_rays(simd);
+                waiting.rays |= Mask::from(bundle.groups[group].met) << (group * LANES);
             }
         }
+        waiting.is_under_way = is_coherent;
     }
 }
 

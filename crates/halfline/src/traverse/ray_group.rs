@@ -17,7 +17,11 @@ use crate::simd::{Doubles, LANES, Numbers, Simd};
 
 /// Eight rays.
 pub struct RayGroup {
+    /// By what is needed of them.
+    pub columns: Columns,
+    /// The same ray by ray, once that was needed.
     rays: [WideRay; LANES],
+    has_rays: bool,
     start: [f32; LANES],
     factor: [f64; LANES],
     /// Of those that were looked at by themselves.
@@ -36,12 +40,27 @@ impl Columns {
     pub const NEAR: usize = 3;
     /// Far constants.
     pub const FAR: usize = 6;
-    const OCTANT: usize = 10;
-    const LAST: usize = 11;
-    /// Slopes of the projection.
+    /// Where boxes stop to matter.
+    pub const LIMIT: usize = 9;
+    /// The octant of the direction, and the axis that it follows most, in the lowest bits of numbers
+    /// that are compared as such.
+    pub const OCTANT: usize = 10;
+    /// The second.
+    pub const LAST: usize = 11;
+    /// Slopes of the projection,
     pub const SLOPE: usize = 12;
-    /// And where the lines are in it.
+    /// where the lines are in it,
     pub const CENTER: usize = 14;
+    /// and the errors of edge functions.
+    pub const ERROR: usize = 16;
+    /// From places along the last axis to parameters: a factor, what is added, and the error.
+    pub const DEPTH: usize = 18;
+    /// Between which numbers the range begins,
+    pub const BEGIN: usize = 21;
+    /// and before which it ends.
+    pub const END: usize = 23;
+    /// How many fields there are.
+    pub const COUNT: usize = FIELDS;
 
     /// Before the first rays.
     pub fn none() -> Columns {
@@ -66,10 +85,10 @@ impl Columns {
         self.0[Columns::OCTANT][lane].to_bits()
     }
 
-    /// The octant of a ray, and the axis that it follows most.
+    /// The axis that a ray follows most.
     #[inline(always)]
-    pub fn kind(&self, lane: usize) -> [u32; 2] {
-        [self.octant(lane), self.0[Columns::LAST][lane].to_bits()]
+    pub fn last(&self, lane: usize) -> u32 {
+        self.0[Columns::LAST][lane].to_bits()
     }
 }
 
@@ -88,8 +107,10 @@ const ENTRY_ERROR: f64 = 10.0 * SINGLE_ROUNDOFF;
 
 /// Eight rays as they were given.
 pub struct RayLanes<S: Simd> {
-    origin: [Numbers<S>; 3],
-    direction: [Numbers<S>; 3],
+    /// By axis.
+    pub origin: [Numbers<S>; 3],
+    /// By axis.
+    pub direction: [Numbers<S>; 3],
     t_min: Numbers<S>,
     t_max: Numbers<S>,
 }
@@ -98,6 +119,9 @@ pub struct RayLanes<S: Simd> {
 pub trait RayRows: Copy + Into<Ray> {
     /// The first eight, or fewer: what the other lanes hold does not matter.
     fn lanes<S: Simd>(simd: S, rays: &[Self]) -> RayLanes<S>;
+
+    /// Those of eight numbers.
+    fn gather<S: Simd>(simd: S, rays: &[Self], numbers: &[usize; LANES]) -> RayLanes<S>;
 }
 
 impl RayRows for SingleRay {
@@ -107,13 +131,28 @@ impl RayRows for SingleRay {
         for (row, ray) in rows.iter_mut().zip(rays) {
             *row = simd.load(bytemuck::cast_ref(ray));
         }
-        let [a, b, c, t_min, x, y, z, t_max] = simd.transposed(rows);
-        RayLanes {
-            origin: [simd.widen(a), simd.widen(b), simd.widen(c)],
-            direction: [simd.widen(x), simd.widen(y), simd.widen(z)],
-            t_min: simd.widen(t_min),
-            t_max: simd.widen(t_max),
+        of_rows(simd, rows)
+    }
+
+    #[inline(always)]
+    fn gather<S: Simd>(simd: S, rays: &[SingleRay], numbers: &[usize; LANES]) -> RayLanes<S> {
+        let mut rows = [simd.splat(0.0); LANES];
+        for lane in 0..LANES {
+            rows[lane] = simd.load(bytemuck::cast_ref(&rays[numbers[lane]]));
         }
+        of_rows(simd, rows)
+    }
+}
+
+/// From rays as they lie in memory.
+#[inline(always)]
+fn of_rows<S: Simd>(simd: S, rows: [S::Floats; LANES]) -> RayLanes<S> {
+    let [a, b, c, t_min, x, y, z, t_max] = simd.transposed(rows);
+    RayLanes {
+        origin: [simd.widen(a), simd.widen(b), simd.widen(c)],
+        direction: [simd.widen(x), simd.widen(y), simd.widen(z)],
+        t_min: simd.widen(t_min),
+        t_max: simd.widen(t_max),
     }
 }
 
@@ -136,6 +175,15 @@ impl RayRows for Ray {
             t_max: wide.load(&lanes[7]),
         }
     }
+
+    #[inline(always)]
+    fn gather<S: Simd>(simd: S, rays: &[Ray], numbers: &[usize; LANES]) -> RayLanes<S> {
+        let mut picked = [rays[numbers[0]]; LANES];
+        for lane in 1..LANES {
+            picked[lane] = rays[numbers[lane]];
+        }
+        Ray::lanes(simd, &picked)
+    }
 }
 
 impl RayGroup {
@@ -143,18 +191,21 @@ impl RayGroup {
     pub fn none() -> RayGroup {
         let rays = [WideRay::zeroed(); LANES];
         let parameters = [Parameter::NONE; LANES];
-        RayGroup { rays, start: [0.0; LANES], factor: [0.0; LANES], parameters, met: 0, single: 0 }
+        RayGroup {
+            columns: Columns::none(),
+            rays,
+            has_rays: false,
+            start: [0.0; LANES],
+            factor: [0.0; LANES],
+            parameters,
+            met: 0,
+            single: 0,
+        }
     }
 
     /// Finds the parts of rays within the root's box.
     #[inline(always)]
-    pub fn set<S: Simd>(
-        &mut self,
-        simd: S,
-        rays: &RayLanes<S>,
-        world: &World,
-        columns: &mut Columns,
-    ) {
+    pub fn set<S: Simd>(&mut self, simd: S, rays: &RayLanes<S>, world: &World) {
         let wide = simd.doubles();
         let reach = simd.splat(world.reach);
         let zero = simd.splat(0.0);
@@ -269,20 +320,36 @@ impl RayGroup {
         ];
         for part in 0..FIELDS / LANES {
             for field in 0..LANES {
-                simd.store(parts[part][field], &mut columns.0[LANES * part + field]);
-            }
-            let rows = simd.transposed(parts[part]);
-            for lane in 0..LANES {
-                simd.store(rows[lane], &mut self.rays[lane].fields_mut()[part]);
+                simd.store(parts[part][field], &mut self.columns.0[LANES * part + field]);
             }
         }
+        self.has_rays = false;
         simd.store(enter, &mut self.start);
         wide.store(factor, &mut self.factor);
         self.single = !(ordinary & bounded) & ALL;
         self.met = met & ALL | self.single;
     }
 
-    /// Looks at a ray by itself; false if it does not meet the root's box.
+    /// Writes the rays down ray by ray, if that was not done yet.
+    #[inline(always)]
+    pub fn write_rays<S: Simd>(&mut self, simd: S) {
+        if self.has_rays {
+            return;
+        }
+        self.has_rays = true;
+        for part in 0..FIELDS / LANES {
+            let mut fields = [simd.splat(0.0); LANES];
+            for field in 0..LANES {
+                fields[field] = self.columns.load(simd, LANES * part + field);
+            }
+            let rows = simd.transposed(fields);
+            for lane in 0..LANES {
+                simd.store(rows[lane], &mut self.rays[lane].parts_mut()[part]);
+            }
+        }
+    }
+
+    /// Looks at a ray by itself, once the others were written down; false if it does not meet the root's box.
     #[cold]
     pub fn set_single(&mut self, lane: usize, ray: &Ray, world: &World) -> bool {
         match WideRay::new(ray, world) {
@@ -294,14 +361,20 @@ impl RayGroup {
         }
     }
 
-    /// A ray that meets the root's box.
+    /// A ray that meets the root's box, once it was written down.
     #[inline(always)]
     pub fn lane(&self, lane: usize) -> (&WideRay, Parameter) {
         if self.single >> lane & 1 == 1 {
             return (&self.rays[lane], self.parameters[lane]);
         }
+        (&self.rays[lane], self.parameter(lane))
+    }
+
+    /// The parameter of a ray that was not looked at by itself.
+    #[inline(always)]
+    pub fn parameter(&self, lane: usize) -> Parameter {
         let scale = Scale::by(self.factor[lane]);
-        (&self.rays[lane], Parameter { start: f64::from(self.start[lane]), scale })
+        Parameter { start: f64::from(self.start[lane]), scale }
     }
 }
 

@@ -189,18 +189,24 @@ impl WideRay {
         Some((wide, parameter))
     }
 
-    /// Its numbers.
+    /// Its numbers, in the order of the [`Columns`](super::ray_group::Columns) of a group.
     #[inline(always)]
-    pub fn fields_mut(&mut self) -> &mut [[f32; LANES]; FIELDS / LANES] {
+    pub fn fields(&self) -> &[f32; FIELDS] {
+        bytemuck::cast_ref(self)
+    }
+
+    /// The same in the pieces in which they are written.
+    #[inline(always)]
+    pub fn parts_mut(&mut self) -> &mut [[f32; LANES]; FIELDS / LANES] {
         bytemuck::cast_mut(self)
     }
 
-    /// Copies a ray in the pieces in which `RayGroup::set` wrote it: larger ones would have to wait
+    /// Copies a ray in the pieces in which `RayGroup::write_rays` wrote it: larger ones would have to wait
     /// until all of them have come to the cache.
     #[inline(always)]
     pub fn copy_from<S: Simd>(&mut self, simd: S, other: &WideRay) {
         let from: &[[f32; LANES]; FIELDS / LANES] = bytemuck::cast_ref(other);
-        let to = self.fields_mut();
+        let to = self.parts_mut();
         for part in 0..FIELDS / LANES {
             simd.store(simd.load(&from[part]), &mut to[part]);
         }
