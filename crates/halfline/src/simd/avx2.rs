@@ -50,6 +50,16 @@ const fn front() -> [[u8; LANES]; 256] {
     table
 }
 
+/// The same, never inlined. Compiled for AVX2.
+///
+/// # Safety
+/// The machine has the instructions.
+#[target_feature(enable = "avx2,fma,bmi1,bmi2,popcnt,lzcnt")]
+#[inline(never)]
+unsafe fn run_apart<J: Job>(job: J) -> J::Output {
+    job.run(Avx2(()))
+}
+
 impl Simd for Avx2 {
     type Floats = __m256;
 
@@ -199,6 +209,12 @@ impl Simd for Avx2 {
             }
         }
         bits
+    }
+
+    #[inline(always)]
+    fn apart<J: Job>(self, job: J) -> J::Output {
+        // SAFETY: the witness stands for the instructions.
+        unsafe { run_apart(job) }
     }
 
     type Wide = Avx2Doubles;

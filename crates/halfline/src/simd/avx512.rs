@@ -22,6 +22,17 @@ pub unsafe fn run<J: Job>(job: J) -> J::Output {
     job.run(Avx512(unsafe { Avx2::witness() }))
 }
 
+/// The same, never inlined. Compiled for AVX-512.
+///
+/// # Safety
+/// The machine has the instructions.
+#[target_feature(enable = "avx512f,avx512vl,avx512dq,avx512bw,avx2,fma,bmi1,bmi2,popcnt,lzcnt")]
+#[inline(never)]
+unsafe fn run_apart<J: Job>(job: J) -> J::Output {
+    // SAFETY: every machine with these instructions has those of AVX2.
+    job.run(Avx512(unsafe { Avx2::witness() }))
+}
+
 impl Simd for Avx512 {
     type Floats = __m256;
 
@@ -152,6 +163,12 @@ impl Simd for Avx512 {
             }
         }
         bits
+    }
+
+    #[inline(always)]
+    fn apart<J: Job>(self, job: J) -> J::Output {
+        // SAFETY: the witness stands for the instructions.
+        unsafe { run_apart(job) }
     }
 
     type Wide = Avx512Doubles;

@@ -117,6 +117,10 @@ pub(crate) trait Simd: Copy + Send + Sync {
     /// Rows for columns.
     fn transposed(self, rows: [Self::Floats; LANES]) -> [Self::Floats; LANES];
 
+    /// Does work with the same instructions in a function of its own: work that is rare would be in the
+    /// way of what is not. (A function that is not inlined is compiled for no instruction set.)
+    fn apart<J: Job>(self, job: J) -> J::Output;
+
     /// Asks for some cache lines from an address on without waiting for them. Nothing is read, so
     /// any address will do.
     fn prefetch(self, address: usize, lines: usize);

@@ -1,6 +1,6 @@
 //! No instruction set in particular: loops over lanes, which compilers vectorise.
 
-use super::{Doubles, EXPONENT_BITS, LANES, POWER_AND_INVERSE, Simd, WORDS};
+use super::{Doubles, EXPONENT_BITS, Job, LANES, POWER_AND_INVERSE, Simd, WORDS};
 
 /// The witness that needs nothing.
 #[derive(Clone, Copy)]
@@ -124,6 +124,11 @@ impl Simd for Portable {
     #[inline(always)]
     fn words_below(self, words: &[u32; WORDS], limit: u32) -> u32 {
         (0..WORDS).fold(0, |bits, i| bits | u32::from(words[i] < limit) << i)
+    }
+
+    #[inline(never)]
+    fn apart<J: Job>(self, job: J) -> J::Output {
+        job.run(self)
     }
 
     type Wide = PortableDoubles;

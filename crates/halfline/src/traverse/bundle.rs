@@ -14,7 +14,7 @@
 
 use std::ops::Range;
 
-use super::cast::{Asked, Batch, Candidates, Cast, Decision, Ended, Found, RayState};
+use super::cast::{Asked, Batch, Candidates, Cast, Decision, Found, LookAgain, Pairs, RayState};
 use super::leaf_kernel::{Beam, test_group, test_lane};
 use super::query::{Query, Shortcut};
 use super::queue::Memory;
@@ -433,7 +433,7 @@ impl<B: Batch> Cast<'_, B> {
         memory: Memory,
         bundle: &mut Bundle<B::Query>,
         part: &Range<usize>,
-        ended: &mut Ended,
+        ended: &mut Pairs,
     ) -> Mask {
         let tree = self.tree;
         for group in part.clone() {
@@ -548,7 +548,7 @@ impl<B: Batch> Cast<'_, B> {
             let verdict = test_lane(simd, columns, limit, bundle.axes, &block.corners);
             candidates.set(simd, verdict);
             if candidates.open != 0 {
-                let is_done = self.decide_in_bundle(bundle, ray, &candidates, index);
+                let is_done = self.decide_in_bundle(simd, bundle, ray, &candidates, index);
                 done |= Mask::from(is_done) << ray;
             }
         }
@@ -620,24 +620,58 @@ impl<B: Batch> Cast<'_, B> {
                         simd.set_words(certain, 0, &mut bundle.faces[group]);
                     }
                 }
-                while open != 0 {
-                    let lane = open.trailing_zeros() as usize % LANES;
-                    open &= open - 1;
-                    let ray = group * LANES + lane;
-                    if self.decide_exactly_in_bundle(bundle, ray, index, 1 << triangle) {
-                        done |= 1 << ray;
-                        lanes &= !(1 << lane);
-                    }
+                if open != 0 {
+                    let more = self.look_at_group(simd, bundle, group, (index, triangle), open);
+                    done |= bits_of(more, group);
+                    lanes &= !more;
                 }
             }
         }
         done
     }
 
+    /// Decides a triangle of a leaf, of which single precision is not certain, for rays of a group. Returns
+    /// a bit for each to which nothing more can matter.
+    #[inline(always)]
+    fn look_at_group<S: Simd>(
+        &self,
+        simd: S,
+        bundle: &mut Bundle<B::Query>,
+        group: usize,
+        (index, triangle): (usize, usize),
+        open: u32,
+    ) -> u32 {
+        let face = self.tree.leaves.blocks[index].faces[triangle];
+        let mut pairs = Pairs::none();
+        for lane in 0..LANES {
+            let number = bundle.first + group * LANES + lane;
+            pairs.push(number, face, (index as u32, triangle as u32));
+        }
+        let look = simd.apart(LookAgain { cast: self, pairs: &pairs });
+        let (mut rest, mut done) = (open, 0);
+        while rest != 0 {
+            let lane = rest.trailing_zeros() as usize % LANES;
+            rest &= rest - 1;
+            let ray = group * LANES + lane;
+            let (mut found, mut limit) = (bundle.found(group, lane), bundle.limits[group][lane]);
+            let mut asked = bundle.asked(ray, &mut found, &mut limit);
+            let decision = &mut bundle.decisions[ray];
+            decision.is_told = bundle.told >> ray & 1 == 1;
+            if self.decide_again(&mut asked, decision, (&look, lane), (index, triangle)) {
+                self.decide_exactly(asked, decision, index, 1 << triangle);
+            }
+            let is_done = decision.is_done();
+            bundle.take(ray, found, limit, is_done);
+            done |= u32::from(is_done) << lane;
+        }
+        done
+    }
+
     /// Decides candidates of a leaf for a ray.
     #[inline(always)]
-    fn decide_in_bundle(
+    fn decide_in_bundle<S: Simd>(
         &self,
+        simd: S,
         bundle: &mut Bundle<B::Query>,
         ray: usize,
         candidates: &Candidates,
@@ -645,34 +679,13 @@ impl<B: Batch> Cast<'_, B> {
     ) -> bool {
         let (group, lane) = (ray / LANES, ray % LANES);
         let (mut found, mut limit) = (bundle.found(group, lane), bundle.limits[group][lane]);
-        let parameter = bundle.groups[group].parameter(lane);
-        let number = bundle.first + ray;
-        let asked = Asked { number, parameter, found: &mut found, limit: &mut limit };
+        let mut asked = bundle.asked(ray, &mut found, &mut limit);
         let decision = &mut bundle.decisions[ray];
         decision.is_told = bundle.told >> ray & 1 == 1;
-        let is_done = self.decide(asked, decision, candidates, index);
-        bundle.take(ray, found, limit, is_done);
-        is_done
-    }
-
-    /// Decides triangles of a leaf of which single precision is not certain, for a ray.
-    #[cold]
-    #[inline(never)]
-    fn decide_exactly_in_bundle(
-        &self,
-        bundle: &mut Bundle<B::Query>,
-        ray: usize,
-        index: usize,
-        open: u32,
-    ) -> bool {
-        let (group, lane) = (ray / LANES, ray % LANES);
-        let (mut found, mut limit) = (bundle.found(group, lane), bundle.limits[group][lane]);
-        let parameter = bundle.groups[group].parameter(lane);
-        let number = bundle.first + ray;
-        let asked = Asked { number, parameter, found: &mut found, limit: &mut limit };
-        let decision = &mut bundle.decisions[ray];
-        decision.is_told = bundle.told >> ray & 1 == 1;
-        self.decide_exactly(asked, decision, index, open);
+        let open = self.decide(&mut asked, decision, candidates, index);
+        if open != 0 {
+            self.decide_open(simd, asked, decision, index, open);
+        }
         let is_done = decision.is_done();
         bundle.take(ray, found, limit, is_done);
         is_done
@@ -685,7 +698,7 @@ impl<B: Batch> Cast<'_, B> {
         simd: S,
         bundle: &mut Bundle<B::Query>,
         mask: Mask,
-        ended: &mut Ended,
+        ended: &mut Pairs,
     ) {
         let mut rest = mask;
         if B::Query::SHORTCUT == Shortcut::Nearest {
@@ -728,6 +741,13 @@ impl<B: Batch> Cast<'_, B> {
 }
 
 impl<Q: Query> Bundle<Q> {
+    /// A ray, to decide about it.
+    #[inline(always)]
+    fn asked<'a>(&self, ray: usize, found: &'a mut Found, limit: &'a mut f32) -> Asked<'a> {
+        let parameter = self.groups[ray / LANES].parameter(ray % LANES);
+        Asked { number: self.first + ray, parameter, found, limit }
+    }
+
     /// Takes what was decided for a ray.
     #[inline(always)]
     fn take(&mut self, ray: usize, found: Found, limit: f32, is_done: bool) {

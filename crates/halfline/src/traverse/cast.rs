@@ -9,13 +9,14 @@ use std::ops::Range;
 use super::hit_lanes::{HitLanes, hits};
 use super::leaf_kernel::{Verdict, test};
 use super::plane_lanes::single_parameters;
-use super::query::{Query, Search, Shortcut};
+use super::query::{Query, Shortcut};
 use super::ray_group::RayLanes;
+use super::second_look::{SecondLook, second_look};
 use super::wide_ray::{Parameter, WideRay};
 use crate::geometry::{Hit, NO_FACE, Ray, Vec3};
 use crate::mesh::Mesh;
 use crate::numeric::PreparedRay;
-use crate::simd::{Doubles, LANES, Numbers, Simd};
+use crate::simd::{Doubles, Job, LANES, Numbers, Simd};
 use crate::tree::{KdTree, LeafBlock};
 
 /// What is asked about rays whose nearest hits are known, but for where they are.
@@ -180,6 +181,13 @@ impl<Q: Query> Decision<Q> {
         self.is_prepared
     }
 
+    /// Takes it that there is a hit, where no more is asked.
+    #[inline(always)]
+    fn settle_any(&mut self) {
+        self.is_prepared = true;
+        self.query.settle(NO_FACE, [Vec3::ZERO; 3]);
+    }
+
     /// True if nothing more can matter.
     #[inline(always)]
     pub fn is_done(&self) -> bool {
@@ -197,30 +205,29 @@ impl<Q: Query> Decision<Q> {
 }
 
 impl<B: Batch> Cast<'_, B> {
-    /// Decides the candidates of the leaf whose block has this index. Returns true if nothing more
-    /// can matter to the ray.
+    /// Takes what single precision is certain of about the candidates of the leaf whose block has this
+    /// index. Returns a bit for each of the others.
     #[inline(always)]
     pub fn decide(
         &self,
-        ray: Asked,
+        ray: &mut Asked,
         decision: &mut Decision<B::Query>,
         candidates: &Candidates,
         index: usize,
-    ) -> bool {
+    ) -> u32 {
         let block = &self.tree.leaves.blocks[index];
         let Candidates { low, high, open, certain, placed } = candidates;
-        let mut open = *open;
         match B::Query::SHORTCUT {
-            Shortcut::None => {}
+            Shortcut::None => *open,
             Shortcut::Any => {
-                if *certain != 0 {
-                    decision.is_prepared = true;
-                    decision.query.settle(NO_FACE, [Vec3::ZERO; 3]);
-                    return true;
+                if *certain == 0 {
+                    return *open;
                 }
+                decision.settle_any();
+                0
             }
             Shortcut::Nearest => {
-                let mut rest = std::mem::take(&mut open);
+                let (mut rest, mut open) = (*open, 0);
                 while rest != 0 {
                     let lane = rest.trailing_zeros() as usize % LANES;
                     rest &= rest - 1;
@@ -237,16 +244,86 @@ impl<B: Batch> Cast<'_, B> {
                         open |= 1 << lane;
                     }
                 }
+                open
             }
         }
-        if open == 0 {
-            return false;
-        }
-        self.decide_exactly(ray, decision, index, open);
-        decision.query.is_done()
     }
 
-    /// Decides triangles of a block of which single precision is not certain.
+    /// Takes what double precision is certain of. Returns true if it is not, about the triangle in a lane
+    /// of the leaf whose block has this index.
+    #[inline(always)]
+    pub fn decide_again(
+        &self,
+        ray: &mut Asked,
+        decision: &mut Decision<B::Query>,
+        (look, pair): (&SecondLook, usize),
+        (index, lane): (usize, usize),
+    ) -> bool {
+        if look.missed >> pair & 1 == 1 {
+            return false;
+        }
+        if look.hit >> pair & 1 == 0 {
+            return true;
+        }
+        match B::Query::SHORTCUT {
+            Shortcut::None => true,
+            Shortcut::Any => {
+                decision.settle_any();
+                false
+            }
+            Shortcut::Nearest => {
+                let face = self.tree.leaves.blocks[index].faces[lane];
+                let low = ray.parameter.lower(look.low[pair]);
+                let high = ray.parameter.limit(look.high[pair]);
+                if face == ray.found.face || low > *ray.limit {
+                    return false;
+                }
+                if high < ray.found.low {
+                    *ray.found = Found { face, low, place: (index as u32, lane as u32) };
+                    *ray.limit = high;
+                    decision.is_told = false;
+                    return false;
+                }
+                true
+            }
+        }
+    }
+
+    /// Decides triangles of a leaf of which single precision is not certain, for one ray. Returns true if
+    /// nothing more can matter to it.
+    #[inline(always)]
+    pub fn decide_open<S: Simd>(
+        &self,
+        simd: S,
+        mut ray: Asked,
+        decision: &mut Decision<B::Query>,
+        index: usize,
+        open: u32,
+    ) -> bool {
+        if B::Query::SHORTCUT == Shortcut::None {
+            self.decide_exactly(ray, decision, index, open);
+            return decision.is_done();
+        }
+        let faces = &self.tree.leaves.blocks[index].faces;
+        let (mut pairs, mut rest, mut exact) = (Pairs::none(), open, 0);
+        while rest != 0 {
+            let lane = rest.trailing_zeros();
+            rest &= rest - 1;
+            pairs.push(ray.number, faces[lane as usize % LANES], (index as u32, lane));
+        }
+        let look = simd.apart(LookAgain { cast: self, pairs: &pairs });
+        for pair in 0..pairs.count {
+            let lane = pairs.places[pair].1 as usize % LANES;
+            let is_open = self.decide_again(&mut ray, decision, (&look, pair), (index, lane));
+            exact |= u32::from(is_open) << lane;
+        }
+        if exact != 0 && !decision.is_done() {
+            self.decide_exactly(ray, decision, index, exact);
+        }
+        decision.is_done()
+    }
+
+    /// Decides triangles of a leaf, whatever it takes.
     #[inline(never)]
     pub fn decide_exactly(
         &self,
@@ -297,7 +374,7 @@ impl<B: Batch> Cast<'_, B> {
         simd: S,
         ray: &RayState,
         decision: &mut Decision<B::Query>,
-        ended: &mut Ended,
+        ended: &mut Pairs,
     ) {
         let Found { face, place, .. } = ray.found;
         if B::Query::SHORTCUT == Shortcut::Nearest && face != NO_FACE && !decision.is_told {
@@ -328,13 +405,13 @@ impl<B: Batch> Cast<'_, B> {
 
     /// The corners of eight triangles, in the user's coordinates.
     #[inline(always)]
-    fn corner_lanes<S: Simd>(&self, simd: S, ended: &Ended) -> [[Numbers<S>; 3]; 3] {
+    fn corner_lanes<S: Simd>(&self, simd: S, pairs: &Pairs) -> [[Numbers<S>; 3]; 3] {
         let (wide, leaves, frame) = (simd.doubles(), &self.tree.leaves, &self.tree.frame);
         let mut corners = [[wide.splat(0.0); 3]; 3];
         if leaves.are_exact {
             let mut lanes = [[[0.0; LANES]; 3]; 3];
             for lane in 0..LANES {
-                let (index, triangle) = ended.places[lane];
+                let (index, triangle) = pairs.places[lane];
                 let block = &leaves.blocks[index as usize].corners;
                 for corner in 0..3 {
                     for axis in 0..3 {
@@ -351,8 +428,8 @@ impl<B: Batch> Cast<'_, B> {
             }
         } else {
             let mut lanes = [[[0.0; LANES]; 3]; 3];
-            for lane in 0..ended.count.min(LANES) {
-                let triangle = self.mesh.corners(ended.faces[lane]);
+            for lane in 0..pairs.count.min(LANES) {
+                let triangle = self.mesh.corners(pairs.faces[lane]);
                 for corner in 0..3 {
                     for axis in 0..3 {
                         lanes[corner][axis][lane] = triangle[corner][axis];
@@ -370,7 +447,7 @@ impl<B: Batch> Cast<'_, B> {
 
     /// Takes the answers of rays that wait for the end of others.
     #[inline(always)]
-    pub fn finish_ended<S: Simd>(&mut self, simd: S, ended: &mut Ended) {
+    pub fn finish_ended<S: Simd>(&mut self, simd: S, ended: &mut Pairs) {
         let count = ended.count.min(LANES);
         if count == 0 {
             return;
@@ -413,19 +490,38 @@ impl<B: Batch> Cast<'_, B> {
     }
 }
 
-/// Rays that came to an end with hits that are known, but for t.
-pub struct Ended {
+/// A look at rays and triangles once more, in double precision.
+pub struct LookAgain<'a, 'b, B> {
+    /// The batch.
+    pub cast: &'a Cast<'b, B>,
+    /// The rays, and a triangle for each.
+    pub pairs: &'a Pairs,
+}
+
+impl<B: Batch> Job for LookAgain<'_, '_, B> {
+    type Output = SecondLook;
+
+    #[inline(always)]
+    fn run<S: Simd>(self, simd: S) -> SecondLook {
+        let corners = self.cast.corner_lanes(simd, self.pairs);
+        second_look(simd, &self.cast.batch.gather(simd, &self.pairs.numbers), &corners)
+    }
+}
+
+/// Up to eight rays and a triangle for each.
+pub struct Pairs {
     numbers: [usize; LANES],
     faces: [u32; LANES],
     places: [(u32, u32); LANES],
-    count: usize,
+    /// How many there are.
+    pub count: usize,
 }
 
-impl Ended {
+impl Pairs {
     /// None yet.
-    pub fn none() -> Ended {
+    pub fn none() -> Pairs {
         let (numbers, faces, places) = ([0; LANES], [NO_FACE; LANES], [(0, 0); LANES]);
-        Ended { numbers, faces, places, count: 0 }
+        Pairs { numbers, faces, places, count: 0 }
     }
 
     /// Takes one more.
@@ -436,7 +532,7 @@ impl Ended {
         self.count += 1;
     }
 
-    /// True if the answers are to be taken before there is room again.
+    /// True if there is no room for more.
     #[inline(always)]
     pub fn is_full(&self) -> bool {
         self.count == LANES

@@ -64,7 +64,6 @@ pub struct Longest<S: Simd> {
     size: [S::Floats; 3],
     larger: [S::Floats; 2],
     wide_size: [Numbers<S>; 3],
-    wide_larger: [Numbers<S>; 2],
 }
 
 impl<S: Simd> Longest<S> {
@@ -73,8 +72,7 @@ impl<S: Simd> Longest<S> {
     pub fn of(simd: S, size: [S::Floats; 3]) -> Longest<S> {
         let larger = [simd.largest(size[1], size[2]), size[2]];
         let wide_size = [simd.widen(size[0]), simd.widen(size[1]), simd.widen(size[2])];
-        let wide_larger = [simd.widen(larger[0]), wide_size[2]];
-        Longest { size, larger, wide_size, wide_larger }
+        Longest { size, larger, wide_size }
     }
 
     /// What belongs to the axis of each.
@@ -93,9 +91,7 @@ impl<S: Simd> Longest<S> {
         of_y: Numbers<S>,
         of_z: Numbers<S>,
     ) -> Numbers<S> {
-        let wide = simd.doubles();
-        let other = wide.if_below(self.wide_larger[1], self.wide_size[1], of_y, of_z);
-        wide.if_below(self.wide_larger[0], self.wide_size[0], of_x, other)
+        choose_by_size(simd, &self.wide_size, [of_x, of_y, of_z])
     }
 
     /// The axis in the lowest bits of a single-precision number.
@@ -104,6 +100,19 @@ impl<S: Simd> Longest<S> {
         let [x, y, z] = [simd.splat(UNITS), simd.splat(UNITS + 1.0), simd.splat(UNITS + 2.0)];
         self.choose(simd, x, y, z)
     }
+}
+
+/// What belongs to the axis along which each of eight vectors is longest, by the magnitudes of their
+/// components.
+#[inline(always)]
+pub fn choose_by_size<S: Simd>(
+    simd: S,
+    size: &[Numbers<S>; 3],
+    [of_x, of_y, of_z]: [Numbers<S>; 3],
+) -> Numbers<S> {
+    let wide = simd.doubles();
+    let other = wide.if_below(size[2], size[1], of_y, of_z);
+    wide.if_below(wide.largest(size[1], size[2]), size[0], of_x, other)
 }
 
 /// From here on single-precision numbers have their units in the lowest bit.

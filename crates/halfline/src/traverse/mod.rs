@@ -15,6 +15,7 @@ mod plane_lanes;
 mod query;
 mod queue;
 mod ray_group;
+mod second_look;
 mod slab;
 mod walk;
 mod wide_ray;

@@ -21,7 +21,7 @@
 use std::ops::Range;
 
 use super::bundle::{Bundle, GROUPS, Mask, RAYS};
-use super::cast::{Asked, Batch, Candidates, Cast, Decision, Ended, RayState};
+use super::cast::{Asked, Batch, Candidates, Cast, Decision, Pairs, RayState};
 use super::wide_ray::World;
 use crate::simd::{Job, LANES, Simd, WORDS};
 use crate::tree::{KdTree, LeafBlock, WideNode, Word};
@@ -139,7 +139,7 @@ struct Waiting<Q> {
     /// How often in turn rays were too different to go as a bundle.
     failures: u32,
     /// Rays that wait for their last answers.
-    ended: Ended,
+    ended: Pairs,
 }
 
 /// Groups that go as a bundle if all those that are looked at together do not.
@@ -162,7 +162,7 @@ impl<B: Batch> Job for Cast<'_, B> {
             together: 1,
             next: 0,
             failures: 0,
-            ended: Ended::none(),
+            ended: Pairs::none(),
         };
 
         // Slots without a ray stand where those stand whose rays have come to an end.
@@ -215,13 +215,18 @@ impl<B: Batch> Job for Cast<'_, B> {
                 let ray = &mut rays[slot];
                 let before = ray.wide.limit;
                 let index = Word(words[slot]).index();
-                let asked = Asked {
+                let mut asked = Asked {
                     number: ray.number,
                     parameter: ray.parameter,
                     found: &mut ray.found,
                     limit: &mut ray.wide.limit,
                 };
-                if self.decide(asked, &mut decisions[slot], candidates, index) {
+                let decision = &mut decisions[slot];
+                let open = self.decide(&mut asked, decision, candidates, index);
+                if open != 0 {
+                    self.decide_open(simd, asked, decision, index, open);
+                }
+                if decision.is_done() {
                     words[slot] = Word::END.0;
                 } else {
                     if ray.wide.limit < before {

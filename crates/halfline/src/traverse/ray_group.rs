@@ -79,12 +79,6 @@ impl Columns {
         self.0[field][lane]
     }
 
-    /// The octant of a ray.
-    #[inline(always)]
-    pub fn octant(&self, lane: usize) -> u32 {
-        self.0[Columns::OCTANT][lane].to_bits()
-    }
-
     /// The axis that a ray follows most.
     #[inline(always)]
     pub fn last(&self, lane: usize) -> u32 {
@@ -111,8 +105,10 @@ pub struct RayLanes<S: Simd> {
     pub origin: [Numbers<S>; 3],
     /// By axis.
     pub direction: [Numbers<S>; 3],
-    t_min: Numbers<S>,
-    t_max: Numbers<S>,
+    /// Where the ranges begin,
+    pub t_min: Numbers<S>,
+    /// and end.
+    pub t_max: Numbers<S>,
 }
 
 /// Rays that can be taken eight at a time.
