@@ -12,7 +12,7 @@ use crate::simd::Level;
 use crate::traverse;
 #[cfg(feature = "variants")]
 pub use crate::traverse::PlainCaster;
-pub use crate::traverse::{AllHits, BatchRay, Caster, LeafVerdict, RayCounters};
+pub use crate::traverse::{AllHits, BatchRay, Caster, LeafVerdict, RayCounters, WorkCounts};
 use crate::tree::{KdTree, LeafBlock, TreeStatistics};
 
 /// A mesh and the kd-tree over it.
@@ -135,6 +135,14 @@ impl Scene {
         unobserved(self.intersect_observed(rays, &Silent))
     }
 
+    /// [`Scene::intersect`] into memory that is there.
+    ///
+    /// # Panics
+    /// If there are not as many hits as rays.
+    pub fn intersect_into(&self, rays: &[Ray], hits: &mut [Hit]) {
+        unobserved(traverse::intersect_into(self.target(), rays, hits, &Silent));
+    }
+
     /// [`Scene::intersect`], reporting [`Stage::Trace`](crate::progress::Stage::Trace) in rays.
     ///
     /// # Errors
@@ -147,6 +155,14 @@ impl Scene {
     /// its t that t rounded. The quickest way, where barycentrics are not needed.
     pub fn intersect_single(&self, rays: &[SingleRay]) -> Vec<SingleHit> {
         unobserved(self.intersect_single_observed(rays, &Silent))
+    }
+
+    /// [`Scene::intersect_single`] into memory that is there.
+    ///
+    /// # Panics
+    /// If there are not as many hits as rays.
+    pub fn intersect_single_into(&self, rays: &[SingleRay], hits: &mut [SingleHit]) {
+        unobserved(traverse::intersect_single_into(self.target(), rays, hits, &Silent));
     }
 
     /// [`Scene::intersect_single`], reporting [`Stage::Trace`](crate::progress::Stage::Trace) in
@@ -176,7 +192,24 @@ impl Scene {
         rays: &[R],
         observer: &dyn Observer,
     ) -> Result<Vec<bool>> {
-        R::occluded(self.target(), rays, observer)
+        let mut flags = vec![false; rays.len()];
+        R::occluded_into(self.target(), rays, &mut flags, observer)?;
+        Ok(flags)
+    }
+
+    /// [`Scene::occluded`] into memory that is there.
+    ///
+    /// # Panics
+    /// If there are not as many flags as rays.
+    pub fn occluded_into<R: BatchRay>(&self, rays: &[R], flags: &mut [bool]) {
+        unobserved(R::occluded_into(self.target(), rays, flags, &Silent));
+    }
+
+    /// What it costs to find the closest hits of rays, or whether there are any: nodes and leaves that
+    /// were fetched, and exact decisions. Counts do not depend on the machine's mood, but on the
+    /// instruction set: what is decided exactly does.
+    pub fn count_work(&self, rays: &[SingleRay], is_any: bool) -> WorkCounts {
+        traverse::count_work(self.target(), rays, is_any)
     }
 
     /// All hits of each ray, in parallel, sorted by t and then by face: as [`Scene::all`].

@@ -13,7 +13,7 @@ use crate::mesh::Mesh;
 use crate::numeric::PreparedRay;
 use crate::progress::{Observer, SharedProgress, Stage};
 use crate::simd::{LANES, Level, Simd};
-use crate::tree::KdTree;
+use crate::tree::{KdTree, LeafBlock, WideNode};
 
 /// Rays that one task casts: about a millisecond of work, and many to each slot of the queues.
 const CHUNK: usize = 1 << 12;
@@ -166,21 +166,72 @@ impl<R: RayRows, Q: Question> Batch for Rows<'_, R, Q> {
     }
 }
 
+/// Casts each ray and puts its answer into the same place of `answers`.
+fn cast_into<R: RayRows + Sync, Q: Question>(
+    Target { tree, mesh, level }: Target,
+    rays: &[R],
+    answers: &mut [Q::Answer],
+    observer: &dyn Observer,
+) -> Result<()> {
+    assert_eq!(rays.len(), answers.len(), "there is a place for the answer of each ray");
+    let progress = start(observer, rays.len());
+    answers.par_chunks_mut(CHUNK).zip(rays.par_chunks(CHUNK)).try_for_each(|(answers, rays)| {
+        progress.check()?;
+        answers.fill(Q::MISS);
+        let batch = Rows::<R, Q> { rays, answers };
+        level.run(Cast::new(tree, mesh, batch));
+        progress.advance(rays.len())
+    })
+}
+
 /// Casts each ray and puts its answer into the same place of the result.
 fn cast<R: RayRows + Sync, Q: Question>(
-    Target { tree, mesh, level }: Target,
+    target: Target,
     rays: &[R],
     observer: &dyn Observer,
 ) -> Result<Vec<Q::Answer>> {
-    let progress = start(observer, rays.len());
     let mut answers = vec![Q::MISS; rays.len()];
-    answers.par_chunks_mut(CHUNK).zip(rays.par_chunks(CHUNK)).try_for_each(|(answers, rays)| {
-        progress.check()?;
-        let batch = Rows::<R, Q> { rays, answers };
-        level.run(Cast { tree, mesh, batch });
-        progress.advance(rays.len())
-    })?;
+    cast_into::<R, Q>(target, rays, &mut answers, observer)?;
     Ok(answers)
+}
+
+/// What casting a batch costs. What it takes together counts once: a node is fetched once for all rays
+/// of a bundle.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct WorkCounts {
+    /// Rays that were cast.
+    pub rays: u64,
+    /// Nodes of up to eight children that were fetched.
+    pub nodes: u64,
+    /// Leaves that were fetched.
+    pub leaves: u64,
+    /// How often triangles of a leaf were decided exactly for a ray, since neither single nor double
+    /// precision was certain.
+    pub exact: u64,
+}
+
+impl WorkCounts {
+    /// Cache lines of nodes and leaves that were asked for.
+    pub fn cache_lines(&self) -> u64 {
+        let lines = |bytes: usize| bytes as u64 / 64;
+        self.nodes * lines(size_of::<WideNode>()) + self.leaves * lines(size_of::<LeafBlock>())
+    }
+}
+
+/// What it costs to find the closest hits, or whether there is any.
+pub fn count_work(target: Target, rays: &[SingleRay], is_any: bool) -> WorkCounts {
+    if is_any { work_of::<Any>(target, rays) } else { work_of::<ClosestSingle>(target, rays) }
+}
+
+fn work_of<Q: Question>(Target { tree, mesh, level }: Target, rays: &[SingleRay]) -> WorkCounts {
+    let chunks = rays.par_chunks(CHUNK).map(|rays| {
+        let mut answers = vec![Q::MISS; rays.len()];
+        let batch = Rows::<SingleRay, Q> { rays, answers: &mut answers };
+        level.run(Cast::new(tree, mesh, batch)).1.counts()
+    });
+    let [nodes, leaves, exact] =
+        chunks.reduce(|| [0; 3], |a, b| [a[0] + b[0], a[1] + b[1], a[2] + b[2]]);
+    WorkCounts { rays: rays.len() as u64, nodes, leaves, exact }
 }
 
 /// What rays are cast at, and by which instruction set.
@@ -199,22 +250,33 @@ pub fn intersect(target: Target, rays: &[Ray], observer: &dyn Observer) -> Resul
     cast::<_, Closest>(target, rays, observer)
 }
 
+/// The same into given memory.
+pub fn intersect_into(
+    target: Target,
+    rays: &[Ray],
+    hits: &mut [Hit],
+    observer: &dyn Observer,
+) -> Result<()> {
+    cast_into::<_, Closest>(target, rays, hits, observer)
+}
+
 /// The same in single precision.
+pub fn intersect_single_into(
+    target: Target,
+    rays: &[SingleRay],
+    hits: &mut [SingleHit],
+    observer: &dyn Observer,
+) -> Result<()> {
+    cast_into::<_, ClosestSingle>(target, rays, hits, observer)
+}
+
+/// The same into new memory.
 pub fn intersect_single(
     target: Target,
     rays: &[SingleRay],
     observer: &dyn Observer,
 ) -> Result<Vec<SingleHit>> {
     cast::<_, ClosestSingle>(target, rays, observer)
-}
-
-/// For each ray whether it hits anything.
-fn cast_any<R: RayRows + Sync>(
-    target: Target,
-    rays: &[R],
-    observer: &dyn Observer,
-) -> Result<Vec<bool>> {
-    cast::<_, Any>(target, rays, observer)
 }
 
 /// Rays and all their hits, in the order in which the rays come to an end.
@@ -272,7 +334,7 @@ fn cast_all<R: RayRows + Sync, A: Send>(
             progress.check()?;
             let places = vec![0..0; rays.len()];
             let batch = AllRows { target, rays, hits: Vec::new(), places };
-            let rows = level.run(Cast { tree, mesh, batch });
+            let (rows, _) = level.run(Cast::new(tree, mesh, batch));
             progress.advance(rays.len())?;
             Ok(take(rows))
         })
@@ -314,7 +376,12 @@ fn cast_for_counts<R: RayRows + Sync>(
 pub trait BatchRay: Copy + Into<Ray> + Sync {
     /// For each ray whether it hits anything.
     #[doc(hidden)]
-    fn occluded(target: Target, rays: &[Self], observer: &dyn Observer) -> Result<Vec<bool>>;
+    fn occluded_into(
+        target: Target,
+        rays: &[Self],
+        flags: &mut [bool],
+        observer: &dyn Observer,
+    ) -> Result<()>;
 
     /// All hits of each ray.
     #[doc(hidden)]
@@ -326,8 +393,13 @@ pub trait BatchRay: Copy + Into<Ray> + Sync {
 }
 
 impl BatchRay for Ray {
-    fn occluded(target: Target, rays: &[Ray], observer: &dyn Observer) -> Result<Vec<bool>> {
-        cast_any(target, rays, observer)
+    fn occluded_into(
+        target: Target,
+        rays: &[Ray],
+        flags: &mut [bool],
+        observer: &dyn Observer,
+    ) -> Result<()> {
+        cast_into::<_, Any>(target, rays, flags, observer)
     }
 
     fn intersect_all(target: Target, rays: &[Ray], observer: &dyn Observer) -> Result<AllHits> {
@@ -340,8 +412,13 @@ impl BatchRay for Ray {
 }
 
 impl BatchRay for SingleRay {
-    fn occluded(target: Target, rays: &[SingleRay], observer: &dyn Observer) -> Result<Vec<bool>> {
-        cast_any(target, rays, observer)
+    fn occluded_into(
+        target: Target,
+        rays: &[SingleRay],
+        flags: &mut [bool],
+        observer: &dyn Observer,
+    ) -> Result<()> {
+        cast_into::<_, Any>(target, rays, flags, observer)
     }
 
     fn intersect_all(

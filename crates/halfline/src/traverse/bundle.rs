@@ -450,6 +450,7 @@ impl<B: Batch> Cast<'_, B> {
         let (mut node, mut mask) = (tree.wide.root.index(), alive);
         let (mut steps, mut taken) = (0, 0);
         'steps: loop {
+            self.work.add_nodes(1);
             bundle.push_children(simd, &tree.wide.nodes, node, mask);
             if bundle.waiting > 0 {
                 memory.prefetch(simd, Word(bundle.words[bundle.waiting - 1]));
@@ -507,6 +508,7 @@ impl<B: Batch> Cast<'_, B> {
         index: usize,
         mask: Mask,
     ) -> Mask {
+        self.work.add_leaves(1);
         let block = &self.tree.leaves.blocks[index];
         let mut triangles = bundle.beam.candidates(simd, bundle.axes, &block.corners);
         triangles &= !simd.words_equal(&block.faces, NO_FACE);

@@ -4,6 +4,7 @@
 //! decided exactly: triangles whose edges the ray nearly touches, that begin or end its range, or that
 //! are as near as the nearest one so far.
 
+use std::cell::Cell;
 use std::ops::Range;
 
 use super::hit_lanes::{HitLanes, hits};
@@ -71,6 +72,42 @@ pub struct Cast<'a, B> {
     pub mesh: &'a Mesh,
     /// The batch.
     pub batch: B,
+    /// What casting it cost so far.
+    pub work: Work,
+}
+
+impl<'a, B> Cast<'a, B> {
+    /// A batch that is to be cast.
+    pub fn new(tree: &'a KdTree, mesh: &'a Mesh, batch: B) -> Cast<'a, B> {
+        Cast { tree, mesh, batch, work: Work::default() }
+    }
+}
+
+/// Counts that change while a batch is only looked at.
+#[derive(Default)]
+pub struct Work {
+    nodes: Cell<u64>,
+    leaves: Cell<u64>,
+    exact: Cell<u64>,
+}
+
+impl Work {
+    /// So many nodes were fetched,
+    #[inline(always)]
+    pub fn add_nodes(&self, nodes: u32) {
+        self.nodes.set(self.nodes.get() + u64::from(nodes));
+    }
+
+    /// and so many leaves.
+    #[inline(always)]
+    pub fn add_leaves(&self, leaves: u32) {
+        self.leaves.set(self.leaves.get() + u64::from(leaves));
+    }
+
+    /// Nodes, leaves, and exact decisions.
+    pub fn counts(&self) -> [u64; 3] {
+        [self.nodes.get(), self.leaves.get(), self.exact.get()]
+    }
 }
 
 /// The nearest hit so far.
@@ -309,7 +346,10 @@ impl<B: Batch> Cast<'_, B> {
         while rest != 0 {
             let lane = rest.trailing_zeros();
             rest &= rest - 1;
-            pairs.push(ray.number, faces[lane as usize % LANES], (index as u32, lane));
+            let face = faces[lane as usize % LANES];
+            if face != NO_FACE {
+                pairs.push(ray.number, face, (index as u32, lane));
+            }
         }
         let look = simd.apart(LookAgain { cast: self, pairs: &pairs });
         for pair in 0..pairs.count {
@@ -334,6 +374,7 @@ impl<B: Batch> Cast<'_, B> {
     ) {
         let tree = self.tree;
         let Asked { number, parameter, found, limit } = ray;
+        self.work.exact.set(self.work.exact.get() + 1);
         self.prepare(number, decision);
         let Decision { prepared, query, is_told, .. } = decision;
         if found.face != NO_FACE && !*is_told {

@@ -20,7 +20,10 @@ mod slab;
 mod walk;
 mod wide_ray;
 
-pub use batch::{AllHits, BatchRay, Target, intersect, intersect_single};
+pub use batch::{
+    AllHits, BatchRay, Target, WorkCounts, count_work, intersect, intersect_into, intersect_single,
+    intersect_single_into,
+};
 pub use caster::Caster;
 pub use leaf_kernel::{LeafVerdict, leaf_verdict};
 #[cfg(feature = "variants")]

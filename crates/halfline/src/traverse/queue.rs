@@ -21,7 +21,7 @@
 use std::ops::Range;
 
 use super::bundle::{Bundle, GROUPS, Mask, RAYS};
-use super::cast::{Asked, Batch, Candidates, Cast, Decision, Pairs, RayState};
+use super::cast::{Asked, Batch, Candidates, Cast, Decision, Pairs, RayState, Work};
 use super::wide_ray::World;
 use crate::simd::{Job, LANES, Simd, WORDS};
 use crate::tree::{KdTree, LeafBlock, WideNode, Word};
@@ -146,10 +146,10 @@ struct Waiting<Q> {
 const FEWER: usize = 2;
 
 impl<B: Batch> Job for Cast<'_, B> {
-    type Output = B;
+    type Output = (B, Work);
 
     #[inline(always)]
-    fn run<S: Simd>(mut self, simd: S) -> B {
+    fn run<S: Simd>(mut self, simd: S) -> (B, Work) {
         let tree = self.tree;
         let world = World { frame: tree.frame, root: tree.root.bounds, reach: tree.reach };
         let memory = Memory::of(tree);
@@ -185,6 +185,9 @@ impl<B: Batch> Job for Cast<'_, B> {
             if inner | leaves | ended == 0 {
                 break;
             }
+
+            self.work.add_nodes(inner.count_ones());
+            self.work.add_leaves(leaves.count_ones());
 
             // Let every ray at a node take a step.
             let mut rest = inner;
@@ -248,7 +251,7 @@ impl<B: Batch> Job for Cast<'_, B> {
             }
         }
         self.finish_ended(simd, &mut waiting.ended);
-        self.batch
+        (self.batch, self.work)
     }
 }
 
