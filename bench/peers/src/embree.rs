@@ -5,6 +5,7 @@
 
 use std::ffi::{c_char, c_void};
 use std::path::Path;
+use std::sync::atomic::{AtomicIsize, Ordering::Relaxed};
 
 use halfline::mesh::Positions;
 use halfline::{Mesh, SingleHit, SingleRay};
@@ -109,6 +110,25 @@ struct RayHit16 {
 type Cast1 = unsafe extern "C" fn(Handle, *mut RayHit, *mut Arguments);
 type Cast16 = unsafe extern "C" fn(*const i32, Handle, *mut RayHit16, *mut Arguments);
 
+/// What a device holds in bytes, and the most that it held.
+#[derive(Default)]
+struct Memory {
+    held: AtomicIsize,
+    peak: AtomicIsize,
+}
+
+/// `RTCMemoryMonitorFunction`: Embree tells of each allocation, and of each release as a negative
+/// number.
+///
+/// # Safety
+/// `memory` is a [`Memory`].
+unsafe extern "C" fn monitor(memory: *mut c_void, bytes: isize, _: bool) -> bool {
+    // SAFETY: the caller's promise.
+    let memory = unsafe { &*memory.cast::<Memory>() };
+    memory.peak.fetch_max(memory.held.fetch_add(bytes, Relaxed) + bytes, Relaxed);
+    true
+}
+
 /// The library.
 pub struct Embree {
     library: Library,
@@ -150,7 +170,7 @@ impl Embree {
     }
 
     fn device(&self, threads: usize) -> Handle {
-        let configuration = format!("threads={threads},set_affinity=0\0");
+        let configuration = format!("threads={threads},set_affinity=0,hugepages=1\0");
         // SAFETY: types as in the headers; the string ends with a zero.
         unsafe {
             let new: Symbol<unsafe extern "C" fn(*const c_char) -> Handle> =
@@ -168,6 +188,14 @@ impl Embree {
         threads: usize,
     ) -> Scene<'_> {
         let device = self.device(threads);
+        let memory: &'static Memory = Box::leak(Box::default());
+        // SAFETY: types as in the headers; the memory's figures are never released.
+        unsafe {
+            type Monitor = unsafe extern "C" fn(*mut c_void, isize, bool) -> bool;
+            let set_monitor: Symbol<unsafe extern "C" fn(Handle, Monitor, *mut c_void)> =
+                self.function("rtcSetDeviceMemoryMonitorFunction");
+            set_monitor(device, monitor, std::ptr::from_ref(memory).cast_mut().cast());
+        }
         // SAFETY: types as in the headers; the buffers outlive the scene, as the mesh is leaked by
         // the caller, and have room for one more element, as Embree demands.
         unsafe {
@@ -219,7 +247,7 @@ impl Embree {
             commit_geometry(geometry);
             attach(scene, geometry);
             commit(scene);
-            Scene { embree: self, scene }
+            Scene { embree: self, scene, memory }
         }
     }
 }
@@ -245,12 +273,23 @@ impl SingleMesh {
 pub struct Scene<'a> {
     embree: &'a Embree,
     scene: Handle,
+    memory: &'static Memory,
 }
 
 // SAFETY: a committed scene may be asked from several threads, as Embree documents.
 unsafe impl Sync for Scene<'_> {}
 
 impl Scene<'_> {
+    /// Bytes of the tree.
+    pub fn bytes(&self) -> usize {
+        self.memory.held.load(Relaxed).unsigned_abs()
+    }
+
+    /// The most bytes that building held at a time.
+    pub fn peak_bytes(&self) -> usize {
+        self.memory.peak.load(Relaxed).unsigned_abs()
+    }
+
     /// The closest hit of each ray.
     pub fn intersect(&self, packets: Packets, rays: &[SingleRay], hits: &mut [SingleHit]) {
         if packets == Packets::Single {
