@@ -26,10 +26,11 @@ class Run:
 
     stdout: str
     peak_bytes: int
+    cpu_seconds: float
 
 
 def run(command: Sequence[str | Path], threads: int) -> Run:
-    """Runs a command to its end, and notes the most memory it held."""
+    """Runs a command to its end, and notes the most memory it held and what it took."""
     environment = os.environ | {"OMP_NUM_THREADS": str(threads), "OPENBLAS_NUM_THREADS": "1"}
     with tempfile.TemporaryFile("w+") as stdout, tempfile.TemporaryFile("w+") as stderr:
         process = subprocess.Popen(
@@ -44,7 +45,8 @@ def run(command: Sequence[str | Path], threads: int) -> Run:
             raise ToolError(reason)
         # Linux counts in KiB, macOS in bytes.
         unit = 1 if sys.platform == "darwin" else 1024
-        return Run(stdout.read(), usage.ru_maxrss * unit)
+        seconds = usage.ru_utime + usage.ru_stime
+        return Run(stdout.read(), usage.ru_maxrss * unit, seconds)
 
 
 def make_environment(key: str) -> Path:
