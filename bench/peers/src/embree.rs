@@ -11,6 +11,8 @@ use halfline::mesh::Positions;
 use halfline::{Mesh, SingleHit, SingleRay};
 use libloading::{Library, Symbol};
 
+use crate::transpose::{FAR, Rows, has_wide_registers, one_by_one, transpose};
+
 type Handle = *mut c_void;
 
 const GEOMETRY_TRIANGLE: u32 = 0;
@@ -90,11 +92,7 @@ struct RayHit {
 #[repr(C, align(64))]
 #[derive(Clone, Copy)]
 struct RayHit16 {
-    origin: [[f32; 16]; 3],
-    near: [f32; 16],
-    direction: [[f32; 16]; 3],
-    time: [f32; 16],
-    far: [f32; 16],
+    rays: Rows,
     mask: [u32; 16],
     id: [u32; 16],
     flags: [u32; 16],
@@ -307,7 +305,7 @@ impl Scene<'_> {
         self.in_packets(packets, rays, self.embree.intersect16, |query, first, count| {
             for (lane, hit) in hits[first..first + count].iter_mut().enumerate() {
                 let is_hit = query.geometry[lane] != INVALID;
-                hit.t = if is_hit { query.far[lane] } else { f32::INFINITY };
+                hit.t = if is_hit { query.rays[FAR][lane] } else { f32::INFINITY };
                 hit.face = query.primitive[lane];
             }
         });
@@ -327,7 +325,7 @@ impl Scene<'_> {
         }
         self.in_packets(packets, rays, self.embree.occluded16, |query, first, count| {
             for (lane, hit) in hits[first..first + count].iter_mut().enumerate() {
-                *hit = query.far[lane] < 0.0;
+                *hit = query.rays[FAR][lane] < 0.0;
             }
         });
     }
@@ -340,27 +338,23 @@ impl Scene<'_> {
         mut take: impl FnMut(&RayHit16, usize, usize),
     ) {
         let mut arguments = Arguments::new(packets);
+        let is_wide = has_wide_registers();
         // SAFETY: plain numbers, for which zeros are valid.
         let mut query: RayHit16 = unsafe { std::mem::zeroed() };
+        query.mask = [u32::MAX; 16];
+        let mut valid = Aligned([-1; 16]);
         for (number, rays) in rays.chunks(16).enumerate() {
-            let mut valid = [0i32; 16];
-            for (lane, ray) in rays.iter().enumerate() {
-                valid[lane] = -1;
-                for axis in 0..3 {
-                    query.origin[axis][lane] = ray.origin[axis];
-                    query.direction[axis][lane] = ray.direction[axis];
-                }
-                query.near[lane] = ray.t_min;
-                query.far[lane] = ray.t_max;
+            if let Ok(rays) = rays.try_into() {
+                transpose(rays, &mut query.rays, is_wide);
+            } else {
+                one_by_one(rays, &mut query.rays);
+                valid.0[rays.len()..].fill(0);
             }
-            query.mask = [u32::MAX; 16];
-            query.flags = [0; 16];
             query.geometry = [INVALID; 16];
             query.primitive = [INVALID; 16];
             query.instance = [INVALID; 16];
-            let aligned = Aligned(valid);
             // SAFETY: types as in the headers, aligned as they demand.
-            unsafe { cast(aligned.0.as_ptr(), self.scene, &mut query, &mut arguments) };
+            unsafe { cast(valid.0.as_ptr(), self.scene, &mut query, &mut arguments) };
             take(&query, number * 16, rays.len());
         }
     }

@@ -18,6 +18,7 @@ mod memory;
 mod obvhs_peer;
 mod rays;
 mod tools;
+mod transpose;
 
 use std::path::Path;
 
