@@ -240,7 +240,7 @@ def compare(options: argparse.Namespace) -> None:
             print_scaling(threads, cells, builds)
     every = [cell for found in cells.values() for cell in found]
     least = math.floor(min(cell["agreement"] for cell in every) * 1e4) / 1e4
-    print(f"\nAll tools give halfline's answer for at least {least:.2%} of the rays of each cell.")
+    print(f"\nAll tools find halfline's places for at least {least:.2%} of the rays of each cell.")
 
     write("peers.json", every)
     costs = [

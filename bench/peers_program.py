@@ -93,7 +93,7 @@ class Cell:
     turns: dict[tuple[str, str], list[float]]
     """Seconds, by who answers and the way of asking."""
     agreement: float
-    """The least share of rays for which a way gives the answer of halfline."""
+    """The least share of rays that a way answers as halfline does: the same place, or nothing."""
     work: dict[str, float]
     """Counts per ray, by name, if any launch counted."""
 

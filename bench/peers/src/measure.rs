@@ -22,6 +22,10 @@ const TRIAL_STEP: usize = 8;
 /// what follows.
 const HOPELESS: f64 = 1.5;
 
+/// Hits whose t differ by no more than this share are of the same place, whichever of the faces that
+/// touch there they name.
+const SAME_PLACE: f32 = 1e-3;
+
 /// What is measured.
 pub struct Plan {
     /// Turns of each tool.
@@ -108,12 +112,17 @@ impl Answers {
         }
     }
 
-    /// How many are the same.
+    /// How many are the same, or name another face of the same place.
     fn agreeing(&self, other: &Answers, is_any: bool) -> usize {
         if is_any {
             self.flags.iter().zip(&other.flags).filter(|(a, b)| a == b).count()
         } else {
-            self.hits.iter().zip(&other.hits).filter(|(a, b)| a.face == b.face).count()
+            // Two misses have the same face; the distance of a miss to anything is no number, or
+            // infinite.
+            let is_same = |a: &SingleHit, b: &SingleHit| {
+                a.face == b.face || (a.t - b.t).abs() <= SAME_PLACE * b.t.min(a.t)
+            };
+            self.hits.iter().zip(&other.hits).filter(|(a, b)| is_same(a, b)).count()
         }
     }
 }
