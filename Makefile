@@ -86,6 +86,14 @@ bench: release venv data ## compare with trimesh + embreex and Open3D
 peers: release venv data ## cast the same rays with halfline and Embree 4, in all its configurations
 	$(VENV)/bin/python bench/peers.py --halfline "$(target_dir)/release/halfline"
 
+.PHONY: growth
+growth: rust venv ## what a ray costs from a thousand to ten million triangles, with Embree beside it
+	$(VENV)/bin/python bench/growth.py
+
+.PHONY: picture
+picture: release venv ## from a file to a picture: halfline against VTK's software rasteriser
+	$(VENV)/bin/python bench/picture.py --halfline "$(target_dir)/release/halfline"
+
 .PHONY: leaks
 leaks: release venv ## aim rays at vertices and edges with halfline, trimesh + embreex and Open3D
 	$(VENV)/bin/python bench/aimed_rays.py --halfline "$(target_dir)/release/halfline"

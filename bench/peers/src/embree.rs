@@ -5,10 +5,13 @@
 
 use std::ffi::{c_char, c_void};
 use std::path::Path;
+use std::sync::atomic::{AtomicIsize, Ordering::Relaxed};
 
 use halfline::mesh::Positions;
 use halfline::{Mesh, SingleHit, SingleRay};
 use libloading::{Library, Symbol};
+
+use crate::transpose::{FAR, Rows, has_wide_registers, one_by_one, transpose};
 
 type Handle = *mut c_void;
 
@@ -89,11 +92,7 @@ struct RayHit {
 #[repr(C, align(64))]
 #[derive(Clone, Copy)]
 struct RayHit16 {
-    origin: [[f32; 16]; 3],
-    near: [f32; 16],
-    direction: [[f32; 16]; 3],
-    time: [f32; 16],
-    far: [f32; 16],
+    rays: Rows,
     mask: [u32; 16],
     id: [u32; 16],
     flags: [u32; 16],
@@ -108,6 +107,25 @@ struct RayHit16 {
 
 type Cast1 = unsafe extern "C" fn(Handle, *mut RayHit, *mut Arguments);
 type Cast16 = unsafe extern "C" fn(*const i32, Handle, *mut RayHit16, *mut Arguments);
+
+/// What a device holds in bytes, and the most that it held.
+#[derive(Default)]
+struct Memory {
+    held: AtomicIsize,
+    peak: AtomicIsize,
+}
+
+/// `RTCMemoryMonitorFunction`: Embree tells of each allocation, and of each release as a negative
+/// number.
+///
+/// # Safety
+/// `memory` is a [`Memory`].
+unsafe extern "C" fn monitor(memory: *mut c_void, bytes: isize, _: bool) -> bool {
+    // SAFETY: the caller's promise.
+    let memory = unsafe { &*memory.cast::<Memory>() };
+    memory.peak.fetch_max(memory.held.fetch_add(bytes, Relaxed) + bytes, Relaxed);
+    true
+}
 
 /// The library.
 pub struct Embree {
@@ -150,7 +168,7 @@ impl Embree {
     }
 
     fn device(&self, threads: usize) -> Handle {
-        let configuration = format!("threads={threads},set_affinity=0\0");
+        let configuration = format!("threads={threads},set_affinity=0,hugepages=1\0");
         // SAFETY: types as in the headers; the string ends with a zero.
         unsafe {
             let new: Symbol<unsafe extern "C" fn(*const c_char) -> Handle> =
@@ -168,6 +186,14 @@ impl Embree {
         threads: usize,
     ) -> Scene<'_> {
         let device = self.device(threads);
+        let memory: &'static Memory = Box::leak(Box::default());
+        // SAFETY: types as in the headers; the memory's figures are never released.
+        unsafe {
+            type Monitor = unsafe extern "C" fn(*mut c_void, isize, bool) -> bool;
+            let set_monitor: Symbol<unsafe extern "C" fn(Handle, Monitor, *mut c_void)> =
+                self.function("rtcSetDeviceMemoryMonitorFunction");
+            set_monitor(device, monitor, std::ptr::from_ref(memory).cast_mut().cast());
+        }
         // SAFETY: types as in the headers; the buffers outlive the scene, as the mesh is leaked by
         // the caller, and have room for one more element, as Embree demands.
         unsafe {
@@ -219,7 +245,7 @@ impl Embree {
             commit_geometry(geometry);
             attach(scene, geometry);
             commit(scene);
-            Scene { embree: self, scene }
+            Scene { embree: self, scene, memory }
         }
     }
 }
@@ -245,12 +271,23 @@ impl SingleMesh {
 pub struct Scene<'a> {
     embree: &'a Embree,
     scene: Handle,
+    memory: &'static Memory,
 }
 
 // SAFETY: a committed scene may be asked from several threads, as Embree documents.
 unsafe impl Sync for Scene<'_> {}
 
 impl Scene<'_> {
+    /// Bytes of the tree.
+    pub fn bytes(&self) -> usize {
+        self.memory.held.load(Relaxed).unsigned_abs()
+    }
+
+    /// The most bytes that building held at a time.
+    pub fn peak_bytes(&self) -> usize {
+        self.memory.peak.load(Relaxed).unsigned_abs()
+    }
+
     /// The closest hit of each ray.
     pub fn intersect(&self, packets: Packets, rays: &[SingleRay], hits: &mut [SingleHit]) {
         if packets == Packets::Single {
@@ -268,7 +305,7 @@ impl Scene<'_> {
         self.in_packets(packets, rays, self.embree.intersect16, |query, first, count| {
             for (lane, hit) in hits[first..first + count].iter_mut().enumerate() {
                 let is_hit = query.geometry[lane] != INVALID;
-                hit.t = if is_hit { query.far[lane] } else { f32::INFINITY };
+                hit.t = if is_hit { query.rays[FAR][lane] } else { f32::INFINITY };
                 hit.face = query.primitive[lane];
             }
         });
@@ -288,7 +325,7 @@ impl Scene<'_> {
         }
         self.in_packets(packets, rays, self.embree.occluded16, |query, first, count| {
             for (lane, hit) in hits[first..first + count].iter_mut().enumerate() {
-                *hit = query.far[lane] < 0.0;
+                *hit = query.rays[FAR][lane] < 0.0;
             }
         });
     }
@@ -301,27 +338,23 @@ impl Scene<'_> {
         mut take: impl FnMut(&RayHit16, usize, usize),
     ) {
         let mut arguments = Arguments::new(packets);
+        let is_wide = has_wide_registers();
         // SAFETY: plain numbers, for which zeros are valid.
         let mut query: RayHit16 = unsafe { std::mem::zeroed() };
+        query.mask = [u32::MAX; 16];
+        let mut valid = Aligned([-1; 16]);
         for (number, rays) in rays.chunks(16).enumerate() {
-            let mut valid = [0i32; 16];
-            for (lane, ray) in rays.iter().enumerate() {
-                valid[lane] = -1;
-                for axis in 0..3 {
-                    query.origin[axis][lane] = ray.origin[axis];
-                    query.direction[axis][lane] = ray.direction[axis];
-                }
-                query.near[lane] = ray.t_min;
-                query.far[lane] = ray.t_max;
+            if let Ok(rays) = rays.try_into() {
+                transpose(rays, &mut query.rays, is_wide);
+            } else {
+                one_by_one(rays, &mut query.rays);
+                valid.0[rays.len()..].fill(0);
             }
-            query.mask = [u32::MAX; 16];
-            query.flags = [0; 16];
             query.geometry = [INVALID; 16];
             query.primitive = [INVALID; 16];
             query.instance = [INVALID; 16];
-            let aligned = Aligned(valid);
             // SAFETY: types as in the headers, aligned as they demand.
-            unsafe { cast(aligned.0.as_ptr(), self.scene, &mut query, &mut arguments) };
+            unsafe { cast(valid.0.as_ptr(), self.scene, &mut query, &mut arguments) };
             take(&query, number * 16, rays.len());
         }
     }

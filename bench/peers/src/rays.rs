@@ -2,8 +2,7 @@
 
 use halfline::{Ray, Scene, SingleRay, Vec3};
 
-/// Pixels along a side of the picture, and of a tile of it.
-const SIZE: usize = 1024;
+/// Pixels along a side of a tile of the picture.
 const TILE: usize = 8;
 
 /// Rays of one kind.
@@ -48,7 +47,7 @@ fn ray(origin: Vec3, direction: Vec3, t_max: f64) -> SingleRay {
     }
 }
 
-/// All kinds of rays for a scene, at most `most` of each.
+/// All kinds of rays for a scene, at most `most` of each (but a tile of them if that is more).
 pub fn for_scene(scene: &Scene, is_room: bool, most: usize) -> Vec<Rays> {
     let bounds = scene.mesh().bounds();
     let size = bounds.extent().length();
@@ -68,12 +67,14 @@ pub fn for_scene(scene: &Scene, is_room: bool, most: usize) -> Vec<Rays> {
     let right = forward.cross(up).normalized();
     let up = right.cross(forward);
     let half = if is_room { 0.8 } else { 0.42 };
-    let mut primary = Vec::with_capacity(SIZE * SIZE);
-    for tile in 0..(SIZE / TILE) * (SIZE / TILE) {
-        let corner = [tile % (SIZE / TILE) * TILE, tile / (SIZE / TILE) * TILE];
+    // As many whole tiles along a side as `most` allows.
+    let tiles = ((most as f64).sqrt() as usize / TILE).max(1);
+    let mut primary = Vec::with_capacity((tiles * TILE).pow(2));
+    for tile in 0..tiles * tiles {
+        let corner = [tile % tiles * TILE, tile / tiles * TILE];
         for pixel in 0..TILE * TILE {
             let at = [corner[0] + pixel % TILE, corner[1] + pixel / TILE];
-            let [x, y] = at.map(|p| ((p as f64 + 0.5) / SIZE as f64 * 2.0 - 1.0) * half);
+            let [x, y] = at.map(|p| ((p as f64 + 0.5) / (tiles * TILE) as f64 * 2.0 - 1.0) * half);
             primary.push(ray(eye, forward + right * x - up * y, f64::INFINITY));
         }
     }
