@@ -732,10 +732,13 @@ impl<B: Batch> Cast<'_, B> {
         while rest != 0 {
             let ray = rest.trailing_zeros() as usize % RAYS;
             rest &= rest - 1;
+            let is_decided = bundle.decided >> ray & 1 == 1;
             if bundle.faces[ray / LANES][ray % LANES] != NO_FACE {
                 self.batch.finish_found(bundle.first + ray);
-            }
-            if bundle.decided >> ray & 1 == 1 {
+                if is_decided {
+                    bundle.decisions[ray].restart();
+                }
+            } else if is_decided {
                 self.finish_decided(bundle.first + ray, &mut bundle.decisions[ray]);
             }
         }

@@ -252,6 +252,7 @@ impl Job for Judged<'_> {
         if rays.met & 1 == 0 || rays.single & 1 == 1 {
             return None;
         }
+        rays.write_rays(simd);
         let (wide, parameter) = rays.lane(0);
         let verdict = test(simd, wide, &self.block.corners);
         let (mut low, mut high) = ([0.0; LANES], [0.0; LANES]);
