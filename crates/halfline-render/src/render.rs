@@ -15,9 +15,7 @@ use crate::color::srgb8_table;
 use crate::color_bar::ColorBar;
 use crate::ground::GroundPlane;
 use crate::image::Rendering;
-use crate::integrator::{
-    Clay, Depth, FaceColors, Integrator, Normals, PLASTER, Steps, Whitted,
-};
+use crate::integrator::{Clay, Depth, FaceColors, Integrator, Normals, PLASTER, Steps, Whitted};
 use crate::lights::default_lights;
 use crate::settings::{RenderSettings, Shading};
 use crate::sky::backdrop;
@@ -196,10 +194,10 @@ impl Job<'_> {
         if let Some(layer) = &mut band.steps {
             layer[i] = pixel.steps.map(|sum| (sum / count) as f32);
         }
-        if let Some(surface) = &pixel.middle {
-            band.depth[i] = self.brush.camera.depth(surface.at.point) as f32;
-            band.normal[i] = surface.normal.to_array().map(|v| v as f32);
-            band.face[i] = surface.face;
+        if let Some(middle) = &pixel.middle {
+            band.depth[i] = middle.depth;
+            band.normal[i] = middle.normal;
+            band.face[i] = middle.face;
         }
     }
 }
@@ -253,19 +251,63 @@ fn bands(picture: &mut Rendering) -> Vec<Band<'_>> {
 
 /// Puts the background behind what was drawn.
 fn add_backdrop(picture: &mut Rendering, settings: &RenderSettings) {
-    let (width, height) = (f64::from(picture.width), f64::from(picture.height));
-    for (i, pixel) in picture.color.iter_mut().enumerate() {
-        let [column, row] = [i % picture.width as usize, i / picture.width as usize];
-        let x = (2 * column + 1) as f64 / width - 1.0;
-        let y = 1.0 - (2 * row + 1) as f64 / height;
-        let (behind, behind_alpha) = backdrop(&settings.background, x, y);
-        if behind_alpha == 0.0 {
-            continue;
+    let (width, height) = (picture.width as usize, picture.height as usize);
+    picture.color.par_chunks_mut(width).enumerate().for_each(|(row, pixels)| {
+        let y = 1.0 - (2 * row + 1) as f64 / height as f64;
+        for (column, pixel) in pixels.iter_mut().enumerate() {
+            let alpha = pixel[3];
+            if alpha == 1.0 {
+                continue;
+            }
+            let x = (2 * column + 1) as f64 / width as f64 - 1.0;
+            let (behind, behind_alpha) = backdrop(&settings.background, x, y);
+            if behind_alpha == 0.0 {
+                continue;
+            }
+            for (channel, behind) in behind.to_array().into_iter().enumerate() {
+                pixel[channel] = pixel[channel] * alpha + behind as f32 * (1.0 - alpha);
+            }
+            pixel[3] = 1.0;
         }
-        let alpha = pixel[3];
-        for (channel, behind) in behind.to_array().into_iter().enumerate() {
-            pixel[channel] = pixel[channel] * alpha + behind as f32 * (1.0 - alpha);
+    });
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::settings::Ground;
+    use halfline::mesh::generate::{Kind, generate};
+    use halfline::progress::Silent;
+
+    /// Every tile size cuts the picture, the samples and the waves of rays elsewhere.
+    #[test]
+    fn the_size_of_tiles_does_not_show() {
+        let scene = Scene::new(generate(Kind::Scan, 3000, 0, &Silent).unwrap()).unwrap();
+        let glass = Material { transmission: 1.0, roughness: 0.0, ..Material::default() };
+        for shading in Shading::ALL {
+            let material = (shading == Shading::Whitted).then_some(glass);
+            for samples in [1, 6] {
+                let settings = RenderSettings {
+                    width: 37,
+                    height: 22,
+                    samples,
+                    shading,
+                    material,
+                    ground: Some(Ground { reflectivity: 0.3, ..Ground::default() }),
+                    smooth_angle: Some(60.0),
+                    ..RenderSettings::default()
+                };
+                let drawn = |batch| {
+                    let mut picture = render_in_batches(&scene, &settings, &Silent, batch).unwrap();
+                    picture.statistics.trace_seconds = 0.0;
+                    picture
+                };
+                let usual = drawn(tile::BATCH);
+                for batch in [1, 40, 1000, 100_000] {
+                    let name = shading.name();
+                    assert!(drawn(batch) == usual, "{name}, {samples} samples, {batch} rays");
+                }
+            }
         }
-        pixel[3] = 1.0;
     }
 }

@@ -43,7 +43,14 @@ pub(crate) struct Pixel {
     /// Nodes and triangles that all samples visited, if they are counted.
     pub(crate) steps: [f64; 2],
     /// What lies on the ray through its middle.
-    pub(crate) middle: Option<Surface>,
+    pub(crate) middle: Option<Middle>,
+}
+
+/// What a picture tells of a surface besides its light.
+pub(crate) struct Middle {
+    pub(crate) depth: f32,
+    pub(crate) normal: [f32; 3],
+    pub(crate) face: u32,
 }
 
 impl Brush<'_> {
@@ -129,7 +136,11 @@ impl Brush<'_> {
         if is_last {
             let middles = if samples > 1 { middles } else { sampled };
             for (pixel, surface) in pixels.iter_mut().zip(middles) {
-                pixel.middle = *surface;
+                pixel.middle = surface.as_ref().map(|surface| Middle {
+                    depth: self.camera.depth(surface.at.point) as f32,
+                    normal: surface.normal.to_array().map(|v| v as f32),
+                    face: surface.face,
+                });
             }
         }
         Ok(())

@@ -10,6 +10,7 @@
 use halfline::error::Result;
 use halfline::geometry::{Ray, Vec3, vec3};
 use halfline::mesh::Material;
+use rayon::prelude::*;
 
 use super::{Integrator, Radiance, Sighting, Sightings, dimension};
 use crate::camera::Camera;
@@ -203,11 +204,11 @@ impl Integrator for Clay<'_> {
     }
 
     fn finish(&self, picture: &mut Rendering) {
-        for [r, g, b, _] in &mut picture.color {
+        picture.color.par_iter_mut().with_min_len(1 << 12).for_each(|[r, g, b, _]| {
             for channel in [r, g, b] {
                 *channel = shoulder(*channel);
             }
-        }
+        });
     }
 }
 
