@@ -10,7 +10,8 @@
 //! Nor is a tree of rays followed branch by branch. The trees of all samples of a tile grow together,
 //! depth by depth, each depth one wave of rays. No ray to a lamp changes how they grow, so those wait
 //! until all have grown: then one wave for each lamp, and where there is glass, one for each surface
-//! that light passes on its way.
+//! that light passes on its way. A tile's trees are in memory together: a few nodes for each sample, some
+//! dozens in glass.
 
 mod lamps;
 mod shares;
