@@ -201,3 +201,34 @@ impl Mesh {
         self.fold_vertices(Aabb::EMPTY, |bounds, p| bounds.including(p), |a, b| a.union(&b))
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geometry::vec3;
+
+    #[test]
+    fn every_finite_vertex_that_is_used_counts_once() {
+        // More than one thread takes at a time; every vertex is in three triangles or in none.
+        let count = 3 * CHUNK as u32;
+        let mut positions: Vec<[f64; 3]> =
+            (0..count).map(|i| [f64::from(i), -1.0, f64::from(i % 7)]).collect();
+        let unused = [0, count / 2, count - 1];
+        for i in unused {
+            positions[i as usize] = [1e9; 3];
+        }
+        positions[5] = [f64::NAN, 1e9, 0.0];
+        positions[CHUNK + 1] = [1e9, f64::INFINITY, 0.0];
+        let used: Vec<u32> = (0..count).filter(|i| !unused.contains(i)).collect();
+        let triangles = (0..used.len())
+            .map(|i| [0, 1, 2].map(|corner| used[(i + corner) % used.len()]))
+            .collect();
+        let mesh = Mesh::new(Positions::F64(positions), triangles).unwrap();
+
+        let seen = mesh.fold_vertices(0, |n, _| n + 1, |a, b| a + b);
+        assert_eq!(seen, used.len() - 2);
+        let last = f64::from(count - 2);
+        let bounds = Aabb { min: vec3(1.0, -1.0, 0.0), max: vec3(last, -1.0, 6.0) };
+        assert_eq!(mesh.bounds(), bounds);
+    }
+}
