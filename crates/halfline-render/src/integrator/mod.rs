@@ -83,6 +83,18 @@ impl<'a> Sightings<'a> {
         })
     }
 
+    /// Parts of `size` rays each, in their order.
+    pub(crate) fn parts(self, size: usize) -> impl Iterator<Item = Sightings<'a>> {
+        (0..self.rays.len()).step_by(size).map(move |first| {
+            let part = first..(first + size).min(self.rays.len());
+            Sightings {
+                rays: &self.rays[part.clone()],
+                surfaces: &self.surfaces[part.clone()],
+                samplers: &self.samplers[part],
+            }
+        })
+    }
+
     /// The light of all rays, where `shade` gives that of one which met something.
     pub(crate) fn each(self, mut shade: impl FnMut(Sighting) -> Radiance) -> Vec<Radiance> {
         let mut radiances = vec![Radiance::NONE; self.rays.len()];

@@ -7,11 +7,10 @@
 //! Porter, Carpenter 1984), rays to lamps pass straight through glass and lose what it takes,
 //! and a branch ends when what it could add would not be seen.
 //!
-//! Nor is a tree of rays followed branch by branch. The trees of all samples of a tile grow together,
-//! depth by depth, each depth one wave of rays. No ray to a lamp changes how they grow, so those wait
+//! Nor is a tree of rays followed branch by branch. The trees of many samples grow together, depth
+//! by depth, each depth one wave of rays. No ray to a lamp changes how they grow, so those wait
 //! until all have grown: then one wave for each lamp, and where there is glass, one for each surface
-//! that light passes on its way. A tile's trees are in memory together: a few nodes for each sample, some
-//! dozens in glass.
+//! that light passes on its way.
 
 mod lamps;
 mod shares;
@@ -34,6 +33,9 @@ use crate::world::World;
 /// the weights of all branches of one depth add up to at most 1, this also bounds their number.
 const SMALLEST_WEIGHT: f64 = 0.5 / 255.0;
 
+/// Trees that grow together: few enough for their nodes to stay in a core's second cache, even in glass.
+const ROOTS: usize = 1 << 8;
+
 /// Share of the surroundings' light that reaches a surface; there is no other indirect light.
 const AMBIENT: f64 = 0.35;
 
@@ -46,6 +48,17 @@ pub(crate) struct Whitted<'a> {
 
 impl Integrator for Whitted<'_> {
     fn radiances(&self, sightings: Sightings, tracer: &mut Tracer) -> Result<Vec<Radiance>> {
+        let mut radiances = Vec::with_capacity(sightings.rays.len());
+        for part in sightings.parts(ROOTS) {
+            radiances.extend(self.of_trees(part, tracer)?);
+        }
+        Ok(radiances)
+    }
+}
+
+impl Whitted<'_> {
+    /// The light of rays whose trees grow together.
+    fn of_trees(&self, sightings: Sightings, tracer: &mut Tracer) -> Result<Vec<Radiance>> {
         let mut nodes = self.grow_trees(sightings, tracer)?;
         self.switch_lamps_on(&mut nodes, sightings.samplers, tracer)?;
 
@@ -56,9 +69,7 @@ impl Integrator for Whitted<'_> {
         let mut roots = nodes.iter();
         Ok(sightings.each(|_| roots.next().expect("one for each sighting").radiance))
     }
-}
 
-impl Whitted<'_> {
     fn surroundings(&self, direction: Vec3) -> Color {
         surroundings(&self.background, direction.dot(self.world.up))
     }

@@ -1,4 +1,4 @@
-//! The trees of mirrored and refracted rays, of all samples of a tile at once.
+//! The trees of mirrored and refracted rays, of many samples at once.
 
 use halfline::error::Result;
 use halfline::geometry::{Ray, Vec3};
