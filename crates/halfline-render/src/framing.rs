@@ -8,7 +8,6 @@
 
 use halfline::geometry::{Aabb, Vec3};
 use halfline::mesh::Mesh;
-use rayon::prelude::*;
 
 /// The camera's axes: unit vectors at right angles.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -116,38 +115,25 @@ fn extremes(mesh: &Mesh, center: Vec3, axes: &Axes, slopes: Slopes) -> Option<Ex
         down: f64::NEG_INFINITY,
         nearest: f64::INFINITY,
     };
-    // Maxima do not depend on the order, so the threads do not show.
-    let found = mesh
-        .triangles()
-        .par_iter()
-        .with_min_len(4096)
-        .fold(
-            || NONE,
-            |mut m, triangle| {
-                for &v in triangle {
-                    let p = mesh.positions().get(v as usize);
-                    if !p.is_finite() {
-                        continue;
-                    }
-                    let [x, y, z] = axes.coordinates(p - center);
-                    m.right = m.right.max(x - slopes.right * z);
-                    m.left = m.left.max(-x - slopes.left * z);
-                    m.up = m.up.max(y - slopes.up * z);
-                    m.down = m.down.max(-y - slopes.down * z);
-                    m.nearest = m.nearest.min(z);
-                }
-                m
-            },
-        )
-        .reduce(
-            || NONE,
-            |a, b| Extremes {
-                right: a.right.max(b.right),
-                left: a.left.max(b.left),
-                up: a.up.max(b.up),
-                down: a.down.max(b.down),
-                nearest: a.nearest.min(b.nearest),
-            },
-        );
+    let found = mesh.fold_vertices(
+        NONE,
+        |m, p| {
+            let [x, y, z] = axes.coordinates(p - center);
+            Extremes {
+                right: m.right.max(x - slopes.right * z),
+                left: m.left.max(-x - slopes.left * z),
+                up: m.up.max(y - slopes.up * z),
+                down: m.down.max(-y - slopes.down * z),
+                nearest: m.nearest.min(z),
+            }
+        },
+        |a, b| Extremes {
+            right: a.right.max(b.right),
+            left: a.left.max(b.left),
+            up: a.up.max(b.up),
+            down: a.down.max(b.down),
+            nearest: a.nearest.min(b.nearest),
+        },
+    );
     found.nearest.is_finite().then_some(found)
 }

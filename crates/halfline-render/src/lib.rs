@@ -17,6 +17,7 @@ mod settings;
 mod sky;
 mod smooth_normals;
 mod statistics;
+mod tile;
 mod tracer;
 mod validate;
 mod world;

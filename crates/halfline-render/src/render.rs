@@ -1,4 +1,4 @@
-//! The whole of a picture: settings checked, world set up, bands of rows traced in parallel.
+//! The whole of a picture: settings checked, world set up, bands of tiles traced in parallel.
 
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::Instant;
@@ -8,7 +8,6 @@ use halfline::error::{Error, Result};
 use halfline::geometry::{Aabb, NO_FACE};
 use halfline::mesh::Material;
 use halfline::progress::{Observer, Stage};
-use halfline::scene::RayCounters;
 use rayon::prelude::*;
 
 use crate::camera::{Camera, center_and_size};
@@ -16,21 +15,15 @@ use crate::color::srgb8_table;
 use crate::color_bar::ColorBar;
 use crate::ground::GroundPlane;
 use crate::image::Rendering;
-use crate::integrator::{
-    Clay, Depth, FaceColors, Integrator, Normals, PLASTER, Radiance, Sighting, Steps, Whitted,
-    dimension,
-};
+use crate::integrator::{Clay, Depth, FaceColors, Integrator, Normals, PLASTER, Steps, Whitted};
 use crate::lights::default_lights;
-use crate::sampling::Sampler;
 use crate::settings::{RenderSettings, Shading};
 use crate::sky::backdrop;
 use crate::smooth_normals::SmoothNormals;
 use crate::statistics::{RayCounts, RenderStatistics};
+use crate::tile::{self, BLOCK, Brush, Pixel};
 use crate::tracer::Tracer;
 use crate::world::World;
-
-/// Rows of pixels that one thread does at a time.
-const BAND_ROWS: usize = 4;
 
 /// Draws `scene` as `settings` ask, reporting [`Stage::Trace`] in pixels to `observer`.
 ///
@@ -41,6 +34,16 @@ pub fn render(
     scene: &Scene,
     settings: &RenderSettings,
     observer: &dyn Observer,
+) -> Result<Rendering> {
+    render_in_batches(scene, settings, observer, tile::BATCH)
+}
+
+/// [`render`] with tiles of about `batch` rays from the eye.
+fn render_in_batches(
+    scene: &Scene,
+    settings: &RenderSettings,
+    observer: &dyn Observer,
+    batch: usize,
 ) -> Result<Rendering> {
     settings.check()?;
     observer.check()?;
@@ -74,8 +77,8 @@ pub fn render(
         Shading::Face => Box::new(FaceColors { world: &world, seed: settings.seed }),
         Shading::Steps => Box::new(Steps { bar }),
     };
-    let job =
-        Job { settings, camera: &camera, world: &world, integrator: integrator.as_ref(), observer };
+    let brush = Brush { settings, camera: &camera, integrator: integrator.as_ref(), batch };
+    let job = Job { brush, world: &world, observer };
 
     let mut picture = job.trace()?;
     integrator.finish(&mut picture);
@@ -124,14 +127,12 @@ fn tame(material: &Material) -> Material {
 }
 
 struct Job<'a> {
-    settings: &'a RenderSettings,
-    camera: &'a Camera,
+    brush: Brush<'a>,
     world: &'a World<'a>,
-    integrator: &'a dyn Integrator,
     observer: &'a dyn Observer,
 }
 
-/// The pixels of a few neighbouring rows, in each layer.
+/// The pixels of as many neighbouring rows as a tile has, in each layer.
 struct Band<'a> {
     first_row: usize,
     color: &'a mut [[f32; 4]],
@@ -144,7 +145,7 @@ struct Band<'a> {
 impl Job<'_> {
     /// Everything but what `finish` adds: colours without the background.
     fn trace(&self) -> Result<Rendering> {
-        let mut picture = blank(self.settings, self.integrator.counts_steps())?;
+        let mut picture = blank(self.brush.settings, self.brush.integrator.counts_steps())?;
         let total = picture.pixel_count() as u64;
         let done = AtomicU64::new(0);
         self.observer.report(Stage::Trace, 0, total);
@@ -168,68 +169,36 @@ impl Job<'_> {
     }
 
     fn trace_band(&self, band: &mut Band) -> Result<RayCounts> {
-        let mut tracer = Tracer::new(self.world);
-        for i in 0..band.color.len() {
-            self.trace_pixel(band, i, &mut tracer)?;
+        let mut tracer = Tracer::new(self.world, self.observer);
+        let width = self.brush.settings.width as usize;
+        let rows = band.first_row..band.first_row + band.color.len() / width;
+        let columns = self.brush.tile_columns();
+        for first in (0..width).step_by(columns) {
+            let columns = first..(first + columns).min(width);
+            for pixel in self.brush.draw(columns, rows.clone(), &mut tracer)? {
+                self.keep(&pixel, band);
+            }
         }
         Ok(tracer.counts)
     }
 
-    /// Pixel `i` of `band`.
-    fn trace_pixel(&self, band: &mut Band, i: usize, tracer: &mut Tracer) -> Result<()> {
-        let width = self.settings.width as usize;
-        let (column, row) = (i % width, band.first_row + i / width);
-        let mut sampler = Sampler::new(self.settings.seed, column as u32, row as u32);
-        let samples = self.settings.samples;
-        let middle_ray = self.camera.ray(column as f64 + 0.5, row as f64 + 0.5);
-        let mut middle = None;
-        let mut sum = Radiance::NONE;
-        let mut steps = [0.0; 2];
-        for sample in 0..samples {
-            self.observer.check()?;
-            sampler.sample = sample;
-            let ray = match samples {
-                1 => middle_ray,
-                _ => {
-                    let [x, y] = sampler.square(dimension::PIXEL, 0, 1);
-                    self.camera.ray(column as f64 + x, row as f64 + y)
-                }
-            };
-            tracer.counts.primary += 1;
-            let surface = if self.integrator.counts_steps() {
-                let mut counters = RayCounters::default();
-                let surface = tracer.closest_counted(&ray, &mut counters);
-                steps[0] += f64::from(counters.nodes);
-                steps[1] += f64::from(counters.triangles);
-                surface
-            } else {
-                tracer.closest(&ray)
-            };
-            let sighting = Sighting { ray: &ray, surface: surface.as_ref() };
-            let radiance = self.integrator.radiance(&sighting, &sampler, tracer);
-            sum.color += radiance.color;
-            sum.alpha += radiance.alpha;
-            middle = surface;
-        }
-        if samples > 1 {
-            tracer.counts.primary += 1;
-            middle = tracer.closest(&middle_ray);
-        }
-
-        let count = f64::from(samples);
-        if sum.alpha > 0.0 {
-            let [r, g, b] = (sum.color / sum.alpha).to_array().map(|v| v as f32);
-            band.color[i] = [r, g, b, (sum.alpha / count) as f32];
+    /// Puts `pixel` into the layers of its band.
+    fn keep(&self, pixel: &Pixel, band: &mut Band) {
+        let settings = self.brush.settings;
+        let i = (pixel.row - band.first_row) * settings.width as usize + pixel.column;
+        let count = f64::from(settings.samples);
+        if pixel.sum.alpha > 0.0 {
+            let [r, g, b] = (pixel.sum.color / pixel.sum.alpha).to_array().map(|v| v as f32);
+            band.color[i] = [r, g, b, (pixel.sum.alpha / count) as f32];
         }
         if let Some(layer) = &mut band.steps {
-            layer[i] = steps.map(|sum| (sum / count) as f32);
+            layer[i] = pixel.steps.map(|sum| (sum / count) as f32);
         }
-        if let Some(surface) = middle {
-            band.depth[i] = self.camera.depth(surface.at.point) as f32;
-            band.normal[i] = surface.normal.to_array().map(|v| v as f32);
-            band.face[i] = surface.face;
+        if let Some(middle) = &pixel.middle {
+            band.depth[i] = middle.depth;
+            band.normal[i] = middle.normal;
+            band.face[i] = middle.face;
         }
-        Ok(())
     }
 }
 
@@ -259,7 +228,7 @@ fn layer<T: Clone>(pixels: usize, value: T) -> Result<Vec<T>> {
 }
 
 fn bands(picture: &mut Rendering) -> Vec<Band<'_>> {
-    let size = picture.width as usize * BAND_ROWS;
+    let size = picture.width as usize * BLOCK;
     let mut steps = picture.steps.as_mut().map(|steps| steps.chunks_mut(size));
     let layers = picture
         .color
@@ -270,7 +239,7 @@ fn bands(picture: &mut Rendering) -> Vec<Band<'_>> {
     layers
         .enumerate()
         .map(|(i, (((color, depth), normal), face))| Band {
-            first_row: i * BAND_ROWS,
+            first_row: i * BLOCK,
             color,
             depth,
             normal,
@@ -282,19 +251,63 @@ fn bands(picture: &mut Rendering) -> Vec<Band<'_>> {
 
 /// Puts the background behind what was drawn.
 fn add_backdrop(picture: &mut Rendering, settings: &RenderSettings) {
-    let (width, height) = (f64::from(picture.width), f64::from(picture.height));
-    for (i, pixel) in picture.color.iter_mut().enumerate() {
-        let [column, row] = [i % picture.width as usize, i / picture.width as usize];
-        let x = (2 * column + 1) as f64 / width - 1.0;
-        let y = 1.0 - (2 * row + 1) as f64 / height;
-        let (behind, behind_alpha) = backdrop(&settings.background, x, y);
-        if behind_alpha == 0.0 {
-            continue;
+    let (width, height) = (picture.width as usize, picture.height as usize);
+    picture.color.par_chunks_mut(width).enumerate().for_each(|(row, pixels)| {
+        let y = 1.0 - (2 * row + 1) as f64 / height as f64;
+        for (column, pixel) in pixels.iter_mut().enumerate() {
+            let alpha = pixel[3];
+            if alpha == 1.0 {
+                continue;
+            }
+            let x = (2 * column + 1) as f64 / width as f64 - 1.0;
+            let (behind, behind_alpha) = backdrop(&settings.background, x, y);
+            if behind_alpha == 0.0 {
+                continue;
+            }
+            for (channel, behind) in behind.to_array().into_iter().enumerate() {
+                pixel[channel] = pixel[channel] * alpha + behind as f32 * (1.0 - alpha);
+            }
+            pixel[3] = 1.0;
         }
-        let alpha = pixel[3];
-        for (channel, behind) in behind.to_array().into_iter().enumerate() {
-            pixel[channel] = pixel[channel] * alpha + behind as f32 * (1.0 - alpha);
+    });
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::settings::Ground;
+    use halfline::mesh::generate::{Kind, generate};
+    use halfline::progress::Silent;
+
+    /// Every tile size cuts the picture, the samples and the waves of rays elsewhere.
+    #[test]
+    fn the_size_of_tiles_does_not_show() {
+        let scene = Scene::new(generate(Kind::Scan, 3000, 0, &Silent).unwrap()).unwrap();
+        let glass = Material { transmission: 1.0, roughness: 0.0, ..Material::default() };
+        for shading in Shading::ALL {
+            let material = (shading == Shading::Whitted).then_some(glass);
+            for samples in [1, 6] {
+                let settings = RenderSettings {
+                    width: 37,
+                    height: 22,
+                    samples,
+                    shading,
+                    material,
+                    ground: Some(Ground { reflectivity: 0.3, ..Ground::default() }),
+                    smooth_angle: Some(60.0),
+                    ..RenderSettings::default()
+                };
+                let drawn = |batch| {
+                    let mut picture = render_in_batches(&scene, &settings, &Silent, batch).unwrap();
+                    picture.statistics.trace_seconds = 0.0;
+                    picture
+                };
+                let usual = drawn(tile::BATCH);
+                for batch in [1, 40, 1000, 100_000] {
+                    let name = shading.name();
+                    assert!(drawn(batch) == usual, "{name}, {samples} samples, {batch} rays");
+                }
+            }
         }
-        pixel[3] = 1.0;
     }
 }

@@ -47,17 +47,17 @@ impl Sampler {
     }
 }
 
-/// Sobol's second dimension: the columns of Pascal's triangle modulo 2.
-fn sobol_second(mut index: u32) -> u32 {
-    let (mut result, mut column) = (0, 1 << 31);
-    while index != 0 {
-        if index & 1 != 0 {
-            result ^= column;
-        }
-        index >>= 1;
-        column ^= column >> 1;
-    }
-    result
+/// Sobol's second dimension: the columns of Pascal's triangle modulo 2. Row j has a one in column k if
+/// all bits of k are bits of j (Lucas 1878), so a bit of the result is the sum of those bits of the
+/// index whose numbers contain its own: five steps, one for each bit of a number.
+fn sobol_second(index: u32) -> u32 {
+    let mut v = index;
+    v ^= v >> 1 & 0x5555_5555;
+    v ^= v >> 2 & 0x3333_3333;
+    v ^= v >> 4 & 0x0f0f_0f0f;
+    v ^= v >> 8 & 0x00ff_00ff;
+    v ^= v >> 16 & 0x0000_ffff;
+    v.reverse_bits()
 }
 
 /// Nested uniform scrambling: whether a bit flips depends on all bits above it.
@@ -152,6 +152,23 @@ mod tests {
                 }
                 assert!(seen.iter().all(|&n| n == 1), "{columns} x {rows}: {seen:?}");
             }
+        }
+    }
+
+    #[test]
+    fn sobol_s_second_dimension_is_pascal_s_triangle() {
+        let by_columns = |mut index: u32| {
+            let (mut result, mut column) = (0, 1_u32 << 31);
+            while index != 0 {
+                result ^= if index & 1 != 0 { column } else { 0 };
+                index >>= 1;
+                column ^= column >> 1;
+            }
+            result
+        };
+        for i in 0..1000 {
+            let index = hash(i) as u32 >> (i % 32);
+            assert_eq!(sobol_second(index), by_columns(index), "{index}");
         }
     }
 

@@ -1,43 +1,75 @@
-//! What one thread needs to ask the world about rays.
+//! What one thread needs to ask the world about rays: batch by batch, as the engine likes it.
 
+use halfline::error::Result;
 use halfline::geometry::Ray;
-use halfline::scene::{Caster, RayCounters};
+use halfline::progress::Observer;
+use halfline::scene::RayCounters;
 
 use crate::statistics::RayCounts;
 use crate::world::{Surface, World};
 
-/// Casts rays at the model and the ground. Whoever casts one adds it to `counts`, since only he
-/// knows what it is for.
+/// Rays that are handed to the scene at a time: as many as it casts on one thread, so that no thread
+/// waits for another in the middle of its tile, and few enough for the wish to end to be heard.
+const BATCH: usize = 1 << 12;
+
+/// Casts rays at the model and the ground. Whoever casts some adds them to `counts`, since only he
+/// knows what they are for.
 pub(crate) struct Tracer<'a> {
     world: &'a World<'a>,
-    caster: Caster<'a>,
+    observer: &'a dyn Observer,
     pub(crate) counts: RayCounts,
 }
 
 impl<'a> Tracer<'a> {
-    pub(crate) fn new(world: &'a World<'a>) -> Tracer<'a> {
-        Tracer { world, caster: world.scene.caster(), counts: RayCounts::default() }
+    pub(crate) fn new(world: &'a World<'a>, observer: &'a dyn Observer) -> Tracer<'a> {
+        Tracer { world, observer, counts: RayCounts::default() }
     }
 
-    /// The first surface on `ray`.
-    pub(crate) fn closest(&mut self, ray: &Ray) -> Option<Surface> {
-        self.closest_counted(ray, &mut RayCounters::default())
+    /// The first surface on each ray. Rays in a row that are alike are cast quickest.
+    pub(crate) fn closest(&self, rays: &[Ray]) -> Result<Vec<Option<Surface>>> {
+        let mut surfaces = Vec::with_capacity(rays.len());
+        for rays in rays.chunks(BATCH) {
+            self.observer.check()?;
+            let hits = self.world.scene.intersect(rays);
+            surfaces.extend(rays.iter().zip(hits).map(|(ray, hit)| self.world.surface(ray, hit)));
+        }
+        Ok(surfaces)
     }
 
-    /// [`Tracer::closest`], adding what it cost to `counters`.
+    /// [`Tracer::closest`] ray by ray, with what each of them cost.
     pub(crate) fn closest_counted(
-        &mut self,
-        ray: &Ray,
-        counters: &mut RayCounters,
-    ) -> Option<Surface> {
-        let hit = self.caster.closest_counted(ray, counters);
-        self.world.surface(ray, hit)
+        &self,
+        rays: &[Ray],
+    ) -> Result<(Vec<Option<Surface>>, Vec<RayCounters>)> {
+        let mut caster = self.world.scene.caster();
+        let mut counters = vec![RayCounters::default(); rays.len()];
+        let mut surfaces = Vec::with_capacity(rays.len());
+        for (ray, counters) in rays.iter().zip(&mut counters) {
+            if surfaces.len() % BATCH == 0 {
+                self.observer.check()?;
+            }
+            let hit = caster.closest_counted(ray, counters);
+            surfaces.push(self.world.surface(ray, hit));
+        }
+        Ok((surfaces, counters))
     }
 
-    /// True if anything lies on `ray`: the model, or the ground.
-    pub(crate) fn is_hidden(&mut self, ray: &Ray) -> bool {
-        let meets_ground =
-            self.world.ground.as_ref().is_some_and(|ground| ground.intersect(ray).is_some());
-        meets_ground || self.caster.any(ray)
+    /// Sets `hidden` for the rays on which anything lies: the model, or the ground. Those for which it
+    /// is set already are not cast.
+    pub(crate) fn hide(&self, rays: &[Ray], hidden: &mut [bool]) -> Result<()> {
+        if let Some(ground) = &self.world.ground {
+            for (ray, hidden) in rays.iter().zip(&mut *hidden) {
+                *hidden = *hidden || ground.intersect(ray).is_some();
+            }
+        }
+        let open: Vec<usize> = (0..rays.len()).filter(|&i| !hidden[i]).collect();
+        for places in open.chunks(BATCH) {
+            self.observer.check()?;
+            let rays: Vec<Ray> = places.iter().map(|&i| rays[i]).collect();
+            for (&i, answer) in places.iter().zip(self.world.scene.occluded(&rays)) {
+                hidden[i] = answer;
+            }
+        }
+        Ok(())
     }
 }

@@ -8,6 +8,7 @@ use std::time::{Duration, Instant};
 use halfline::geometry::{NO_FACE, vec3};
 use halfline::mesh::Positions;
 use halfline::progress::{Observer, Silent, Stage};
+use halfline::simd::Level;
 use halfline::{Error, Mesh, Ray, Scene};
 use halfline_render::{
     Background, Camera, Ground, GroundSurface, Light, Projection, RenderSettings, Rendering,
@@ -45,13 +46,35 @@ fn the_same_bits_on_any_number_of_threads() {
             ground: Some(Ground::default()),
             ..settings(shading)
         };
-        let [one, four] = [1, 4].map(|threads| {
+        let drawn = |threads: usize| {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
             let mut picture = pool.install(|| draw(&scene, &settings));
             picture.statistics.trace_seconds = 0.0;
             picture
-        });
-        assert!(one == four, "{}", shading.name());
+        };
+        assert!(drawn(1) == drawn(4), "{}", shading.name());
+    }
+}
+
+#[test]
+fn the_same_bits_by_every_instruction_set() {
+    let mut scene = Builder::default()
+        .icosphere([0.0, 1.0, 0.0], 1.0, 3, GLASS)
+        .icosphere([2.0, 1.0, 0.0], 1.0, 3, MIRROR)
+        .cuboid([-2.0, 0.0, -1.0], [-1.2, 1.5, 1.0], matte(0.5, 0.4, 0.3))
+        .scene();
+    for shading in [Shading::Clay, Shading::Whitted, Shading::Normal] {
+        let settings = RenderSettings { ground: Some(Ground::default()), ..settings(shading) };
+        let mut drawn = |level| {
+            scene.set_simd_level(level);
+            let mut picture = draw(&scene, &settings);
+            picture.statistics.trace_seconds = 0.0;
+            picture
+        };
+        let scalar = drawn(Level::SCALAR);
+        for level in Level::available() {
+            assert!(drawn(level) == scalar, "{} by {}", shading.name(), level.name());
+        }
     }
 }
 

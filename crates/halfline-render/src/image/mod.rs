@@ -4,6 +4,7 @@ mod exr;
 mod png;
 
 use halfline::geometry::NO_FACE;
+use rayon::prelude::*;
 
 use crate::color::srgb8_from_linear;
 use crate::statistics::RenderStatistics;
@@ -44,7 +45,8 @@ impl Rendering {
     /// eight bits each, rounded to nearest.
     pub fn to_srgb8(&self) -> Vec<[u8; 4]> {
         self.color
-            .iter()
+            .par_iter()
+            .with_min_len(1 << 12)
             .map(|&[r, g, b, a]| {
                 let alpha = (a.clamp(0.0, 1.0) * 255.0).round() as u8;
                 [srgb8_from_linear(r), srgb8_from_linear(g), srgb8_from_linear(b), alpha]

@@ -2,6 +2,8 @@
 
 use std::io::{self, Write};
 
+use rayon::prelude::*;
+
 use super::Rendering;
 
 impl Rendering {
@@ -18,7 +20,7 @@ impl Rendering {
         encoder.set_source_srgb(png::SrgbRenderingIntent::RelativeColorimetric);
         let pixels = self.to_srgb8();
         let bytes: Vec<u8> = if opaque {
-            pixels.iter().flat_map(|p| [p[0], p[1], p[2]]).collect()
+            pixels.par_iter().map(|&[r, g, b, _]| [r, g, b]).collect::<Vec<_>>().into_flattened()
         } else {
             pixels.into_flattened()
         };

@@ -7,15 +7,17 @@
 //! above the camera's left shoulder, warm where the sky is cool, so that shape reads from both
 //! brightness and tint. Nothing depends on the orientation of faces: scans have it wrong.
 
+use halfline::error::Result;
 use halfline::geometry::{Ray, Vec3, vec3};
 use halfline::mesh::Material;
+use rayon::prelude::*;
 
-use super::{Integrator, Radiance, Sighting, dimension};
+use super::{Integrator, Radiance, Sighting, Sightings, dimension};
 use crate::camera::Camera;
 use crate::color::{Color, mix};
 use crate::ground::Paint;
 use crate::image::Rendering;
-use crate::sampling::{Sampler, cosine_hemisphere, uniform_cone};
+use crate::sampling::{cosine_hemisphere, uniform_cone};
 use crate::tracer::Tracer;
 use crate::world::{Surface, World};
 
@@ -72,97 +74,142 @@ impl<'a> Clay<'a> {
         if height >= 0.0 { mix(HORIZON, ZENITH, height) } else { mix(HORIZON, NADIR, -height) }
     }
 
-    /// The light on a surface that faces `normal`: what a white one would send back, and what
-    /// it would if nothing were in the way. From the same rays, so that the two are equal to
-    /// the bit where nothing is.
+    /// What each surface that is seen must know of its surroundings, and where that is to be asked.
+    fn questions(&self, sightings: Sightings, tracer: &mut Tracer) -> Questions {
+        let mut questions = Questions::default();
+        for Sighting { ray, surface, sampler, .. } in sightings.met() {
+            let normal = surface.normal_against(ray.direction);
+            for part in 0..self.rays {
+                let sample = sampler.square(dimension::OCCLUSION, part, self.rays);
+                let direction = cosine_hemisphere(normal, sample);
+                questions.sky.push(surface, normal, direction, self.reach);
+            }
+            tracer.counts.occlusion += u64::from(self.rays);
+
+            let sample = sampler.square(dimension::KEY_LIGHT, 0, 1);
+            let towards_key = uniform_cone(self.key, self.cos_key_radius, sample);
+            let key_cosine = towards_key.dot(normal);
+            if key_cosine > 0.0 {
+                tracer.counts.shadow += 1;
+                questions.key.push(surface, normal, towards_key, f64::INFINITY);
+            }
+            questions.key_cosines.push(key_cosine);
+        }
+        questions
+    }
+
+    /// The light on a surface: what a white one would send back, and what it would if nothing were in
+    /// the way. From the same rays, so that the two are equal to the bit where nothing is.
     fn light(
         &self,
-        surface: &Surface,
-        normal: Vec3,
         albedo: Color,
-        sampler: &Sampler,
-        tracer: &mut Tracer,
+        sky: impl Iterator<Item = (Vec3, bool)>,
+        key_cosine: f64,
+        key_is_hidden: bool,
     ) -> [Color; 2] {
         let returned = albedo * RETURNED;
-        let mut sky = [Vec3::ZERO; 2];
-        for part in 0..self.rays {
-            let sample = sampler.square(dimension::OCCLUSION, part, self.rays);
-            let direction = cosine_hemisphere(normal, sample);
+        let mut sums = [Vec3::ZERO; 2];
+        for (direction, hidden) in sky {
             let open = self.sky(direction);
-            tracer.counts.occlusion += 1;
-            sky[0] += if is_hidden(surface, normal, direction, self.reach, tracer) {
-                open * returned
-            } else {
-                open
-            };
-            sky[1] += open;
+            sums[0] += if hidden { open * returned } else { open };
+            sums[1] += open;
         }
-        let mut light = sky.map(|sum| sum / f64::from(self.rays.max(1)));
-
-        let sample = sampler.square(dimension::KEY_LIGHT, 0, 1);
-        let towards_key = uniform_cone(self.key, self.cos_key_radius, sample);
-        let cosine = towards_key.dot(normal);
-        if cosine > 0.0 {
-            tracer.counts.shadow += 1;
-            light[1] += KEY * cosine;
-            if !is_hidden(surface, normal, towards_key, f64::INFINITY, tracer) {
-                light[0] += KEY * cosine;
+        let mut light = sums.map(|sum| sum / f64::from(self.rays.max(1)));
+        if key_cosine > 0.0 {
+            light[1] += KEY * key_cosine;
+            if !key_is_hidden {
+                light[0] += KEY * key_cosine;
             }
         }
         light
     }
 }
 
-impl Integrator for Clay<'_> {
-    fn radiance(&self, sighting: &Sighting, sampler: &Sampler, tracer: &mut Tracer) -> Radiance {
-        let Some(surface) = sighting.surface else { return Radiance::NONE };
-        let normal = surface.normal_against(sighting.ray.direction);
-        match &self.world.ground {
-            Some(ground) if surface.is_ground() => {
-                let albedo = ground.color(surface.at.point);
-                let opacity = ground.opacity(surface.at.point);
-                let [light, full] = self.light(surface, normal, albedo, sampler, tracer);
-                match ground.paint {
-                    Paint::Shadow => {
-                        // Green, the middle of the spectrum, in which shadows have the least tint.
-                        let kept = light.y / full.y;
-                        Radiance { color: Vec3::ZERO, alpha: (1.0 - kept) * opacity }
-                    }
-                    Paint::Checker(..) => Radiance::opaque(albedo * light).faded(opacity),
-                }
-            }
-            _ => {
-                let [r, g, b, _] = self.world.material(surface).base_color;
-                let albedo = Vec3::from([r, g, b]);
-                let [light, _] = self.light(surface, normal, albedo, sampler, tracer);
-                Radiance::opaque(albedo * light)
-            }
-        }
+/// What is asked about all surfaces that are seen, in their order.
+#[derive(Default)]
+struct Questions {
+    /// Into the surroundings, as many for each surface.
+    sky: Wave,
+    /// To the key light, from the surfaces that face it.
+    key: Wave,
+    /// Of the angle between each surface's normal and the way to the key light.
+    key_cosines: Vec<f64>,
+}
+
+/// Rays that are cast together, and for each whether something lies on it.
+#[derive(Default)]
+struct Wave {
+    rays: Vec<Ray>,
+    hidden: Vec<bool>,
+}
+
+impl Wave {
+    /// Adds a ray from `surface`, seen from the side of `normal`.
+    fn push(&mut self, surface: &Surface, normal: Vec3, direction: Vec3, reach: f64) {
+        let origin = surface.at.origin_towards(direction);
+        self.rays.push(Ray::with_range(origin, direction, 0.0, reach));
+        // Into the flat face, which only a smoothed normal lets happen, nothing is open.
+        let flat = surface.at.normal;
+        self.hidden.push(direction.dot(flat) * normal.dot(flat) <= 0.0);
     }
 
-    fn finish(&self, picture: &mut Rendering) {
-        for [r, g, b, _] in &mut picture.color {
-            for channel in [r, g, b] {
-                *channel = shoulder(*channel);
-            }
-        }
+    fn cast(&mut self, tracer: &Tracer) -> Result<()> {
+        tracer.hide(&self.rays, &mut self.hidden)
+    }
+
+    /// The direction of each ray, and whether something lies on it.
+    fn answers(&self) -> impl Iterator<Item = (Vec3, bool)> {
+        self.rays.iter().map(|ray| ray.direction).zip(self.hidden.iter().copied())
     }
 }
 
-/// True if something lies on the way from `surface`, seen from the side of `normal`.
-fn is_hidden(
-    surface: &Surface,
-    normal: Vec3,
-    direction: Vec3,
-    reach: f64,
-    tracer: &mut Tracer,
-) -> bool {
-    // Into the flat face, which only a smoothed normal lets happen.
-    let flat = surface.at.normal;
-    if direction.dot(flat) * normal.dot(flat) <= 0.0 {
-        return true;
+impl Integrator for Clay<'_> {
+    fn radiances(&self, sightings: Sightings, tracer: &mut Tracer) -> Result<Vec<Radiance>> {
+        let mut questions = self.questions(sightings, tracer);
+        questions.sky.cast(tracer)?;
+        questions.key.cast(tracer)?;
+
+        let (mut sky, mut key) = (questions.sky.answers(), questions.key.answers());
+        let mut key_cosines = questions.key_cosines.iter();
+        Ok(sightings.each(|Sighting { surface, .. }| {
+            let key_cosine = *key_cosines.next().expect("one for each surface");
+            let key_is_hidden = key_cosine > 0.0 && key.next().is_some_and(|(_, hidden)| hidden);
+            let mut light = |albedo| {
+                let sky = sky.by_ref().take(self.rays as usize);
+                self.light(albedo, sky, key_cosine, key_is_hidden)
+            };
+            match &self.world.ground {
+                Some(ground) if surface.is_ground() => {
+                    let albedo = ground.color(surface.at.point);
+                    let opacity = ground.opacity(surface.at.point);
+                    let [light, full] = light(albedo);
+                    match ground.paint {
+                        Paint::Shadow => {
+                            // Green, the middle of the spectrum, in which shadows have the least
+                            // tint.
+                            let kept = light.y / full.y;
+                            Radiance { color: Vec3::ZERO, alpha: (1.0 - kept) * opacity }
+                        }
+                        Paint::Checker(..) => Radiance::opaque(albedo * light).faded(opacity),
+                    }
+                }
+                _ => {
+                    let [r, g, b, _] = self.world.material(surface).base_color;
+                    let albedo = Vec3::from([r, g, b]);
+                    let [light, _] = light(albedo);
+                    Radiance::opaque(albedo * light)
+                }
+            }
+        }))
     }
-    tracer.is_hidden(&Ray::with_range(surface.at.origin_towards(direction), direction, 0.0, reach))
+
+    fn finish(&self, picture: &mut Rendering) {
+        picture.color.par_iter_mut().with_min_len(1 << 12).for_each(|[r, g, b, _]| {
+            for channel in [r, g, b] {
+                *channel = shoulder(*channel);
+            }
+        });
+    }
 }
 
 /// The identity up to [`SHOULDER`], then an exponential with the same slope there, up to 1.

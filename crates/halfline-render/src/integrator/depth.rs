@@ -1,12 +1,12 @@
 //! The distance from the camera's plane: near is bright, far is dark.
 
+use halfline::error::Result;
 use halfline::geometry::{NO_FACE, Vec3};
 use halfline::mesh::linear_from_srgb;
 
-use super::{Integrator, Radiance, Sighting};
+use super::{Integrator, Radiance, Sighting, Sightings};
 use crate::camera::Camera;
 use crate::image::Rendering;
-use crate::sampling::Sampler;
 use crate::tracer::Tracer;
 use crate::world::World;
 
@@ -20,11 +20,12 @@ pub(crate) struct Depth<'a> {
 }
 
 impl Integrator for Depth<'_> {
-    fn radiance(&self, sighting: &Sighting, _: &Sampler, _: &mut Tracer) -> Radiance {
+    fn radiances(&self, sightings: Sightings, _: &mut Tracer) -> Result<Vec<Radiance>> {
         // Distances pass as colours until their range is known.
-        let Some(surface) = sighting.surface else { return Radiance::NONE };
-        let depth = Vec3::splat(self.camera.depth(surface.at.point));
-        Radiance::opaque(depth).faded(self.world.opacity(surface))
+        Ok(sightings.each(|Sighting { surface, .. }| {
+            let depth = Vec3::splat(self.camera.depth(surface.at.point));
+            Radiance::opaque(depth).faded(self.world.opacity(surface))
+        }))
     }
 
     fn finish(&self, picture: &mut Rendering) {

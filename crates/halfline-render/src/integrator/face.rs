@@ -1,8 +1,10 @@
 //! A random colour for each face of the file, lightly shaded so that shape stays readable.
 
-use super::{Integrator, Radiance, Sighting};
+use halfline::error::Result;
+
+use super::{Integrator, Radiance, Sighting, Sightings};
 use crate::color::{decode_srgb, grey};
-use crate::sampling::{Sampler, hash};
+use crate::sampling::hash;
 use crate::tracer::Tracer;
 use crate::world::World;
 
@@ -12,18 +14,19 @@ pub(crate) struct FaceColors<'a> {
 }
 
 impl Integrator for FaceColors<'_> {
-    fn radiance(&self, sighting: &Sighting, _: &Sampler, _: &mut Tracer) -> Radiance {
-        let Some(surface) = sighting.surface else { return Radiance::NONE };
-        let color = if surface.is_ground() {
-            grey(0.5)
-        } else {
-            let face = self.world.scene.mesh().source_face(surface.face);
-            let bits = hash(u64::from(face) ^ hash(self.seed));
-            let unit = |shift: u32| (bits >> shift & 0xffff) as f32 / 65535.0;
-            decode_srgb(pastel(unit(0), unit(16), unit(32)))
-        };
-        let facing = surface.normal.dot(sighting.ray.direction).abs();
-        Radiance::opaque(color * (0.35 + 0.65 * facing)).faded(self.world.opacity(surface))
+    fn radiances(&self, sightings: Sightings, _: &mut Tracer) -> Result<Vec<Radiance>> {
+        Ok(sightings.each(|Sighting { ray, surface, .. }| {
+            let color = if surface.is_ground() {
+                grey(0.5)
+            } else {
+                let face = self.world.scene.mesh().source_face(surface.face);
+                let bits = hash(u64::from(face) ^ hash(self.seed));
+                let unit = |shift: u32| (bits >> shift & 0xffff) as f32 / 65535.0;
+                decode_srgb(pastel(unit(0), unit(16), unit(32)))
+            };
+            let facing = surface.normal.dot(ray.direction).abs();
+            Radiance::opaque(color * (0.35 + 0.65 * facing)).faded(self.world.opacity(surface))
+        }))
     }
 }
 

@@ -14,6 +14,7 @@ pub(crate) use normal::Normals;
 pub(crate) use steps::Steps;
 pub(crate) use whitted::Whitted;
 
+use halfline::error::Result;
 use halfline::geometry::{Ray, Vec3};
 
 use crate::color::Color;
@@ -49,16 +50,66 @@ impl Radiance {
     }
 }
 
-/// A ray from the eye and what it met.
+/// Rays from the eye, and what each of them met.
+#[derive(Clone, Copy)]
+pub(crate) struct Sightings<'a> {
+    pub(crate) rays: &'a [Ray],
+    pub(crate) surfaces: &'a [Option<Surface>],
+    /// The random numbers of each ray.
+    pub(crate) samplers: &'a [Sampler],
+}
+
+/// One of them that met something.
+#[derive(Clone, Copy)]
 pub(crate) struct Sighting<'a> {
+    /// Which of the rays it is.
+    pub(crate) number: usize,
     pub(crate) ray: &'a Ray,
-    pub(crate) surface: Option<&'a Surface>,
+    pub(crate) surface: &'a Surface,
+    pub(crate) sampler: &'a Sampler,
+}
+
+impl<'a> Sightings<'a> {
+    /// Those that met something.
+    pub(crate) fn met(self) -> impl Iterator<Item = Sighting<'a>> {
+        self.surfaces.iter().enumerate().filter_map(move |(number, surface)| {
+            let surface = surface.as_ref()?;
+            Some(Sighting {
+                number,
+                ray: &self.rays[number],
+                surface,
+                sampler: &self.samplers[number],
+            })
+        })
+    }
+
+    /// Parts of `size` rays each, in their order.
+    pub(crate) fn parts(self, size: usize) -> impl Iterator<Item = Sightings<'a>> {
+        (0..self.rays.len()).step_by(size).map(move |first| {
+            let part = first..(first + size).min(self.rays.len());
+            Sightings {
+                rays: &self.rays[part.clone()],
+                surfaces: &self.surfaces[part.clone()],
+                samplers: &self.samplers[part],
+            }
+        })
+    }
+
+    /// The light of all rays, where `shade` gives that of one which met something.
+    pub(crate) fn each(self, mut shade: impl FnMut(Sighting) -> Radiance) -> Vec<Radiance> {
+        let mut radiances = vec![Radiance::NONE; self.rays.len()];
+        for sighting in self.met() {
+            radiances[sighting.number] = shade(sighting);
+        }
+        radiances
+    }
 }
 
 /// Turns rays from the eye into light.
 pub(crate) trait Integrator: Sync {
-    /// The light that comes along the ray of `sighting`.
-    fn radiance(&self, sighting: &Sighting, sampler: &Sampler, tracer: &mut Tracer) -> Radiance;
+    /// The light that comes along each of the rays of `sightings`. What else must be cast for it is
+    /// cast in waves: first what the first surfaces ask for, of all rays together, and so on.
+    fn radiances(&self, sightings: Sightings, tracer: &mut Tracer) -> Result<Vec<Radiance>>;
 
     /// True if the steps of the rays from the eye must be counted.
     fn counts_steps(&self) -> bool {

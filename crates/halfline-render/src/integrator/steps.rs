@@ -1,12 +1,12 @@
 //! A heat map of what each pixel's ray costs: tree nodes visited and triangles tested.
 
+use halfline::error::Result;
 use halfline::mesh::linear_from_srgb;
 
-use super::{Integrator, Radiance, Sighting};
+use super::{Integrator, Radiance, Sightings};
 use crate::color_bar::{ColorBar, Top};
 use crate::colormap::inferno;
 use crate::image::Rendering;
-use crate::sampling::Sampler;
 use crate::tracer::Tracer;
 
 /// The share of pixels whose counts the scale must hold; the rest, mostly single pixels at
@@ -18,8 +18,8 @@ pub(crate) struct Steps {
 }
 
 impl Integrator for Steps {
-    fn radiance(&self, _: &Sighting, _: &Sampler, _: &mut Tracer) -> Radiance {
-        Radiance::NONE
+    fn radiances(&self, sightings: Sightings, _: &mut Tracer) -> Result<Vec<Radiance>> {
+        Ok(sightings.each(|_| Radiance::NONE))
     }
 
     fn counts_steps(&self) -> bool {

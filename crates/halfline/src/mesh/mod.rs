@@ -11,10 +11,15 @@ pub use material::Material;
 pub use srgb::{linear_from_srgb, srgb_from_linear};
 pub use triangulate::{Triangulator, triangulate};
 
+use std::sync::atomic::{AtomicBool, Ordering};
+
 use rayon::prelude::*;
 
 use crate::error::{Error, Result};
 use crate::geometry::{Aabb, Vec3};
+
+/// Triangles or vertices that a thread goes through at a time.
+const CHUNK: usize = 1 << 14;
 
 /// Vertex coordinates in the precision in which they came.
 #[derive(Clone, Debug, PartialEq)]
@@ -91,13 +96,12 @@ impl Mesh {
             return Err(Error::invalid("mesh", "more than 2^32 - 2 vertices or triangles"));
         }
         // By the largest index of each chunk first: this runs at the speed of memory.
-        let chunk_size = 1 << 14;
-        let wrong_chunk = triangles.par_chunks(chunk_size).position_first(|chunk| {
+        let wrong_chunk = triangles.par_chunks(CHUNK).position_first(|chunk| {
             let largest = chunk.iter().fold(0, |m, &[a, b, c]| m.max(a).max(b).max(c));
             largest as usize >= vertex_count
         });
         if let Some(t) = wrong_chunk.and_then(|chunk| {
-            let first = chunk * chunk_size;
+            let first = chunk * CHUNK;
             let beyond = |t: &[u32; 3]| t.iter().any(|&i| i as usize >= vertex_count);
             triangles[first..].iter().position(beyond).map(|t| first + t)
         }) {
@@ -156,20 +160,75 @@ impl Mesh {
         self.source_faces.as_ref().map_or(index, |faces| faces[index as usize])
     }
 
-    /// The box around all finite vertices that a triangle uses.
-    pub fn bounds(&self) -> Aabb {
-        let include = |mut bounds: Aabb, triangle: &[u32; 3]| {
-            for &v in triangle {
-                let p = self.positions.get(v as usize);
-                if p.is_finite() {
-                    bounds = bounds.including(p);
+    /// For each vertex whether a triangle uses it.
+    fn used_vertices(&self) -> Vec<bool> {
+        let used: Vec<AtomicBool> = (0..self.positions.len()).map(|_| false.into()).collect();
+        self.triangles.par_chunks(CHUNK).for_each(|chunk| {
+            for &v in chunk.as_flattened() {
+                // Most have been seen before, and who only looks takes no memory away from others.
+                let used = &used[v as usize];
+                if !used.load(Ordering::Relaxed) {
+                    used.store(true, Ordering::Relaxed);
                 }
             }
-            bounds
-        };
-        self.triangles
-            .par_chunks(1 << 14)
-            .map(|chunk| chunk.iter().fold(Aabb::EMPTY, include))
-            .reduce(|| Aabb::EMPTY, |a, b| a.union(&b))
+        });
+        used.into_iter().map(AtomicBool::into_inner).collect()
+    }
+
+    /// Goes in parallel through all finite vertices that a triangle uses, each once: `include` takes
+    /// one in, beginning with `none`, and `unite` puts two parts together, in any grouping.
+    pub fn fold_vertices<T: Copy + Send + Sync>(
+        &self,
+        none: T,
+        include: impl Fn(T, Vec3) -> T + Sync,
+        unite: impl Fn(T, T) -> T + Send + Sync,
+    ) -> T {
+        let used = self.used_vertices();
+        used.par_chunks(CHUNK)
+            .enumerate()
+            .map(|(chunk, used)| {
+                let numbered = used.iter().enumerate().filter(|(_, used)| **used);
+                numbered
+                    .map(|(i, _)| self.positions.get(chunk * CHUNK + i))
+                    .filter(|p| p.is_finite())
+                    .fold(none, &include)
+            })
+            .reduce(|| none, unite)
+    }
+
+    /// The box around all finite vertices that a triangle uses.
+    pub fn bounds(&self) -> Aabb {
+        self.fold_vertices(Aabb::EMPTY, |bounds, p| bounds.including(p), |a, b| a.union(&b))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geometry::vec3;
+
+    #[test]
+    fn every_finite_vertex_that_is_used_counts_once() {
+        // More than one thread takes at a time; every vertex is in three triangles or in none.
+        let count = 3 * CHUNK as u32;
+        let mut positions: Vec<[f64; 3]> =
+            (0..count).map(|i| [f64::from(i), -1.0, f64::from(i % 7)]).collect();
+        let unused = [0, count / 2, count - 1];
+        for i in unused {
+            positions[i as usize] = [1e9; 3];
+        }
+        positions[5] = [f64::NAN, 1e9, 0.0];
+        positions[CHUNK + 1] = [1e9, f64::INFINITY, 0.0];
+        let used: Vec<u32> = (0..count).filter(|i| !unused.contains(i)).collect();
+        let triangles = (0..used.len())
+            .map(|i| [0, 1, 2].map(|corner| used[(i + corner) % used.len()]))
+            .collect();
+        let mesh = Mesh::new(Positions::F64(positions), triangles).unwrap();
+
+        let seen = mesh.fold_vertices(0, |n, _| n + 1, |a, b| a + b);
+        assert_eq!(seen, used.len() - 2);
+        let last = f64::from(count - 2);
+        let bounds = Aabb { min: vec3(1.0, -1.0, 0.0), max: vec3(last, -1.0, 6.0) };
+        assert_eq!(mesh.bounds(), bounds);
     }
 }
