@@ -18,6 +18,7 @@
 //! 6. What is walked is the tree collapsed to nodes of eight children.
 
 mod clip;
+mod coarse_grid;
 mod collapse;
 mod lane_box;
 mod object_split;
@@ -27,5 +28,5 @@ mod reference;
 mod spatial_split;
 mod subdivide;
 
-pub use parameters::BuildParameters;
+pub use parameters::{BuildParameters, Preset};
 pub(crate) use subdivide::build;
