@@ -87,6 +87,8 @@ impl<const BINS: usize> Bins<BINS> {
 /// Finds two groups of the least cost among `BINS - 1` ways to cut each axis.
 struct Divide<'a, I, const BINS: usize> {
     items: &'a mut [I],
+    /// Only if they cost no more than this.
+    limit: f32,
     /// Where the items' centres are.
     centers: &'a LaneBox,
 }
@@ -96,7 +98,7 @@ impl<I: Item, const BINS: usize> Job for Divide<'_, I, BINS> {
 
     #[inline(always)]
     fn run<S: Simd>(self, _: S) -> Option<Groups> {
-        let Divide { items, centers } = self;
+        let Divide { items, limit, centers } = self;
 
         // Count the centres in bins of each axis on which they differ.
         let bins = Bins::<BINS>::over(centers);
@@ -138,7 +140,7 @@ impl<I: Item, const BINS: usize> Job for Divide<'_, I, BINS> {
 
         // Reorder. Which group an item belongs to cannot be foreseen, so nothing depends on it but
         // where the next of the first group goes.
-        let (_, axis, bin) = cheapest?;
+        let (_, axis, bin) = cheapest.filter(|&(cost, ..)| cost <= limit)?;
         let mut extents = [Extent::EMPTY; 2];
         let mut first_count = 0;
         for i in 0..items.len() {
@@ -160,9 +162,20 @@ pub fn divide_into_groups<I: Item, const BINS: usize>(
     centers: &LaneBox,
     level: Level,
 ) -> Groups {
-    let divided = level.run(Divide::<I, BINS> { items: &mut *items, centers });
+    let divided = groups_within::<I, BINS>(items, f32::INFINITY, centers, level);
     // Where all centres coincide, halve the list.
     divided.unwrap_or_else(|| halve(items))
+}
+
+/// The same, if the groups' half areas times their blocks of triangles are no more than `limit` in
+/// all. Else nothing is changed.
+pub fn groups_within<I: Item, const BINS: usize>(
+    items: &mut [I],
+    limit: f32,
+    centers: &LaneBox,
+    level: Level,
+) -> Option<Groups> {
+    level.run(Divide::<I, BINS> { items, limit, centers })
 }
 
 /// The first and the second half of the list: for triangles that nothing tells apart, and where a

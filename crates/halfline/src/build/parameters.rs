@@ -15,6 +15,9 @@ pub struct BuildParameters {
     pub plane_bins: usize,
     /// Bins of each axis between which groups are divided: 8, 16 or 32.
     pub group_bins: usize,
+    /// Above last cells, too, divides triangles into groups where that costs clearly less than the best
+    /// plane.
+    pub weighs_groups: bool,
     /// Sorts the triangles into a grid first, and builds a tree over its cells and one in each: saves
     /// most of the time. No triangle is cut then.
     pub coarse_grid: bool,
@@ -55,10 +58,11 @@ impl BuildParameters {
     /// The parameters that a preset stands for.
     pub const fn preset(preset: Preset) -> BuildParameters {
         let balanced = BuildParameters {
-            last_cell_triangles: 128,
+            last_cell_triangles: 256,
             spare_references: 1.0,
             plane_bins: 32,
             group_bins: 16,
+            weighs_groups: false,
             coarse_grid: false,
         };
         match preset {
@@ -69,7 +73,12 @@ impl BuildParameters {
                 ..balanced
             },
             Preset::Balanced => balanced,
-            Preset::Best => BuildParameters { plane_bins: 64, group_bins: 32, ..balanced },
+            Preset::Best => BuildParameters {
+                last_cell_triangles: 32,
+                plane_bins: 64,
+                weighs_groups: true,
+                ..balanced
+            },
         }
     }
 

@@ -6,8 +6,8 @@ use super::reference::Reference;
 use crate::geometry::Vec3;
 use crate::simd::{Job, Level, Simd};
 
-/// The two sides after a cut: references `0..counts[0]` of the slots lie below the plane, those
-/// from `second_start` on above it.
+/// The two sides of a divided cell: references `0..counts[0]` of the slots are on the first, those
+/// from `second_start` on, on the second.
 #[derive(Clone, Copy, Debug)]
 pub struct Sides {
     /// Where the second side's slots begin.
@@ -55,13 +55,23 @@ pub fn cut(
         extents: [Extent::EMPTY; 2],
     });
 
-    // Share out the spare slots and move the upper side behind those of the lower.
-    let counts = [below, added - below];
-    let spare = slots.len() - added;
-    let for_below = (spare as u128 * counts[0] as u128 / added.max(1) as u128) as usize;
-    let second_start = counts[0] + for_below;
-    slots.copy_within(below..added, second_start);
-    Some(Sides { second_start, counts, extents })
+    Some(share_out(slots, below, added, extents))
+}
+
+/// The two sides of `slots[..count]`, of which the first `first_count` are on the first: the spare
+/// slots are shared out between them by their numbers.
+pub fn share_out(
+    slots: &mut [Reference],
+    first_count: usize,
+    count: usize,
+    extents: [Extent; 2],
+) -> Sides {
+    let counts = [first_count, count - first_count];
+    let spare = slots.len() - count;
+    let for_first = (spare as u128 * first_count as u128 / count.max(1) as u128) as usize;
+    let second_start = first_count + for_first;
+    slots.copy_within(first_count..count, second_start);
+    Sides { second_start, counts, extents }
 }
 
 /// Brings what is below a plane to the front.

@@ -4,12 +4,13 @@ use std::sync::atomic::{AtomicU64, Ordering};
 
 use rayon::prelude::*;
 
+use super::built::{Built, Counts, Subtree};
 use super::coarse_grid::{GridCell, sort_into_cells};
 use super::collapse::collapse;
 use super::lane_box::{Extent, LaneBox};
-use super::object_split::{Groups, Item, divide_into_groups, halve};
+use super::object_split::{Groups, Item, divide_into_groups, groups_within, halve};
 use super::parameters::BuildParameters;
-use super::partition::cut;
+use super::partition::{cut, share_out};
 use super::reference::{Reference, Skipped, Slots, extent_of_all, references_of};
 use super::spatial_split::{SpatialSplit, blocks, cheapest_plane};
 use crate::error::{Error, Result};
@@ -40,6 +41,10 @@ const PARALLEL_REFERENCES: usize = 1 << 13;
 
 /// Among so few, half as many planes are as good.
 const FEW_REFERENCES: usize = 1 << 10;
+
+/// Where both are weighed, groups may cost this share of what a plane costs: their boxes overlap, and
+/// below them all the more. Measured; with 1, lines meet 2 % more nodes of a scan.
+const GROUPS_SHARE: f32 = 0.95;
 
 /// Bins in which cells of the grid are counted.
 const GRID_BINS: usize = 16;
@@ -125,19 +130,6 @@ impl Content<'_> {
         }
         faces
     }
-}
-
-/// A finished part of the tree, with indices of its own.
-enum Built {
-    Subtree(Node, Subtree),
-    Divided { bounds: Bounds, split: Split, parts: Box<[Built; 2]> },
-}
-
-/// What lies below a node, with indices of its own.
-struct Subtree {
-    children: Vec<Children>,
-    leaves: Vec<LeafFaces>,
-    references: usize,
 }
 
 struct Builder<'a> {
@@ -236,7 +228,8 @@ impl Builder<'_> {
         grouped(references, groups, depth, Content::Group)
     }
 
-    /// Cuts a cell by a plane; its references, if that does not pay or is not possible.
+    /// Divides a cell whose parts may be divided likewise; its references, if that does not pay or is
+    /// not possible.
     fn cut<'slots>(
         &self,
         slots: &'slots mut [Reference],
@@ -255,18 +248,33 @@ impl Builder<'_> {
             let [a, b, c] = self.mesh.corners(face);
             [self.frame.point(a), self.frame.point(b), self.frame.point(c)]
         };
-        let cut_here = plane.and_then(|SpatialSplit { axis, position, .. }| {
-            let sides = cut(slots, count, axis, position, corners_of, self.level)?;
-            Some((Split::Plane { axis, position }, sides))
+        let groups = self.parameters.weighs_groups.then(|| {
+            let limit = plane.map_or(whole, |plane| GROUPS_SHARE * plane.cost);
+            let groups_within = match self.parameters.group_bins {
+                8 => groups_within::<_, 8>,
+                16 => groups_within::<_, 16>,
+                _ => groups_within::<_, 32>,
+            };
+            groups_within(&mut slots[..count], limit, &extent.centers, self.level)
         });
-        let Some((split, sides)) = cut_here else { return Err(&mut slots[..count]) };
-        let (below, above) = slots.split_at_mut(sides.second_start);
+        let divided = match (groups.flatten(), plane) {
+            (Some(Groups { axis, first_count, extents }), _) => {
+                Some((Split::Groups { axis }, share_out(slots, first_count, count, extents)))
+            }
+            (None, Some(SpatialSplit { axis, position, .. })) => {
+                cut(slots, count, axis, position, corners_of, self.level)
+                    .map(|sides| (Split::Plane { axis, position }, sides))
+            }
+            (None, None) => None,
+        };
+        let Some((split, sides)) = divided else { return Err(&mut slots[..count]) };
+        let (first, second) = slots.split_at_mut(sides.second_start);
         let side = |slots, i: usize| Cell {
             content: Content::Space { slots, count: sides.counts[i] },
             extent: sides.extents[i],
             depth,
         };
-        Ok((split, side(below, 0), side(above, 1)))
+        Ok((split, side(first, 0), side(second, 1)))
     }
 
     fn cheapest_plane(&self, references: &[Reference], cell: &Bounds) -> Option<SpatialSplit> {
@@ -333,72 +341,4 @@ fn filled<T: Copy + Send + Sync>(count: usize, item: T) -> Vec<T> {
     advise_huge_pages(items.spare_capacity_mut());
     (0..count).into_par_iter().with_min_len(1 << 12).map(|_| item).collect_into_vec(&mut items);
     items
-}
-
-/// How much of each a part of the tree has.
-struct Counts {
-    pairs: usize,
-    leaves: usize,
-    references: usize,
-}
-
-impl Built {
-    fn counts(&self) -> Counts {
-        match self {
-            Built::Subtree(_, Subtree { children, leaves, references }) => {
-                Counts { pairs: children.len(), leaves: leaves.len(), references: *references }
-            }
-            Built::Divided { parts, .. } => {
-                let [first, second] = [parts[0].counts(), parts[1].counts()];
-                Counts {
-                    pairs: 1 + first.pairs + second.pairs,
-                    leaves: first.leaves + second.leaves,
-                    references: first.references + second.references,
-                }
-            }
-        }
-    }
-
-    /// Puts this part into its places in the whole, depth first, and gives its root. Before them
-    /// there are so many pairs and leaves.
-    fn place(
-        self,
-        all_children: &mut [Children],
-        all_leaves: &mut [LeafFaces],
-        pairs_before: usize,
-        leaves_before: usize,
-    ) -> Node {
-        match self {
-            Built::Subtree(root, Subtree { children, leaves, .. }) => {
-                let moved = |node: Node| node.moved(pairs_before as u32, leaves_before as u32);
-                for (place, Children([first, second])) in all_children.iter_mut().zip(children) {
-                    *place = Children([moved(first), moved(second)]);
-                }
-                all_leaves.copy_from_slice(&leaves);
-                moved(root)
-            }
-            Built::Divided { bounds, split, parts } => {
-                let [first, second] = *parts;
-                let counts = first.counts();
-                let (pair, rest) = all_children.split_at_mut(1);
-                let children = rest.split_at_mut(counts.pairs);
-                let leaves = all_leaves.split_at_mut(counts.leaves);
-                let pairs_before_first = pairs_before + 1;
-                let (first, second) = rayon::join(
-                    || first.place(children.0, leaves.0, pairs_before_first, leaves_before),
-                    || {
-                        let pairs_before = pairs_before_first + counts.pairs;
-                        second.place(
-                            children.1,
-                            leaves.1,
-                            pairs_before,
-                            leaves_before + counts.leaves,
-                        )
-                    },
-                );
-                pair[0] = Children([first, second]);
-                Node::inner(bounds, pairs_before as u32, split)
-            }
-        }
-    }
 }
