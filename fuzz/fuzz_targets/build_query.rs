@@ -5,7 +5,7 @@
 
 use std::fmt::Debug;
 
-use halfline::build::BuildParameters;
+use halfline::build::{BuildParameters, Preset};
 use halfline::progress::Silent;
 use halfline::textbook::{KdTree, Middle, ObjectMedian, SplittingRule, SurfaceArea, Termination};
 use halfline::{Hit, Mesh, Ray, Scene, brute_force};
@@ -13,13 +13,20 @@ use halfline_fuzz::be_single_threaded;
 use halfline_fuzz::query_input::{QueryInput, Range};
 use libfuzzer_sys::fuzz_target;
 
-/// Trees of planes down to single triangles, of few planes, and of none.
-const PARAMETERS: [BuildParameters; 4] = [
-    BuildParameters { last_cell_triangles: 1, spare_references: 16.0 },
-    BuildParameters { last_cell_triangles: 4, spare_references: 1.0 },
-    BuildParameters { last_cell_triangles: 8, spare_references: 0.0 },
-    BuildParameters { last_cell_triangles: 128, spare_references: 1.0 },
+/// Trees of planes down to single triangles, of few planes, and of none; and those of the presets.
+const PARAMETERS: [BuildParameters; 6] = [
+    with(1, 16.0),
+    with(4, 1.0),
+    with(8, 0.0),
+    BuildParameters::preset(Preset::Fast),
+    BuildParameters::preset(Preset::Balanced),
+    BuildParameters::preset(Preset::Best),
 ];
+
+const fn with(last_cell_triangles: usize, spare_references: f64) -> BuildParameters {
+    let balanced = BuildParameters::preset(Preset::Balanced);
+    BuildParameters { last_cell_triangles, spare_references, ..balanced }
+}
 
 /// Everything that can be asked about a ray, in bits, so that zeros of either sign differ.
 #[derive(Debug, PartialEq)]

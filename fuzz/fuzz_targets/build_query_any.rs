@@ -26,6 +26,8 @@ fuzz_target!(|bytes: &[u8]| {
     let parameters = BuildParameters {
         last_cell_triangles: 1 + usize::from(choice >> 4),
         spare_references: f64::from(choice & 15),
+        coarse_grid: choice & 15 == 0,
+        ..BuildParameters::default()
     };
     let scene = Scene::build_with(mesh, &parameters, &Silent).expect("builds");
     scene.intersect(&rays);

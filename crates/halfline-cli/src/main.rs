@@ -14,6 +14,7 @@ mod output;
 mod progress;
 mod session;
 mod table;
+mod tree_options;
 mod units;
 mod values;
 

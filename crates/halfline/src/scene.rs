@@ -56,7 +56,7 @@ impl Scene {
     ) -> Result<Scene> {
         let start = Instant::now();
         let level = Level::chosen()?;
-        let tree = build::build(&mesh, parameters, observer)?;
+        let tree = build::build(&mesh, parameters, level, observer)?;
         Ok(Scene { mesh, tree, build_time: start.elapsed(), level })
     }
 

@@ -3,6 +3,7 @@
 mod common;
 
 use common::{Random, check_structure, soup};
+use halfline::build::{BuildParameters, Preset};
 use halfline::mesh::generate::{Kind, generate};
 use halfline::progress::Silent;
 use halfline::{Ray, Scene, Vec3, brute_force};
@@ -55,14 +56,17 @@ fn a_million_degenerate_triangles_neither_hang_nor_explode() {
                 .collect(),
         ),
     ];
-    for (name, triangles) in worst {
-        let mesh = soup(triangles);
+    let worst = worst.map(|(name, triangles)| (name, soup(triangles)));
+    for ((name, mesh), preset) in worst.iter().flat_map(|one| Preset::ALL.map(|p| (one, p))) {
+        let name = format!("{name}, {}", preset.name());
+        let mesh = mesh.clone();
         let before = MEMORY.current_usage();
         MEMORY.reset_peak_usage();
-        let scene = Scene::new(mesh).expect("builds");
+        let parameters = BuildParameters::preset(preset);
+        let scene = Scene::build_with(mesh, &parameters, &Silent).expect("builds");
         let peak = MEMORY.peak_usage() - before;
         assert!(peak <= 2 * ordinary, "{name}: {peak} bytes, a scan takes {ordinary}");
-        check_structure(name, scene.tree(), scene.mesh());
+        check_structure(&name, scene.tree(), scene.mesh());
         for i in 0..3 {
             let origin = random.point() * 2.0;
             let aim = if i == 0 { Vec3::from([0.25, 0.25, 0.125]) } else { random.point() * 0.3 };

@@ -110,7 +110,11 @@ fn crumbs_are_where_they_are() {
         [a, b, c]
     });
     let mesh = common::soup(crumbs.collect::<Vec<_>>());
-    let few_in_a_cell = BuildParameters { last_cell_triangles: 8, spare_references: 8.0 };
+    let few_in_a_cell = BuildParameters {
+        last_cell_triangles: 8,
+        spare_references: 8.0,
+        ..BuildParameters::default()
+    };
     let mut scene = Scene::build_with(mesh, &few_in_a_cell, &Silent).expect("builds");
     let mut rays = Vec::new();
     for [a, b, c] in corners {
@@ -150,7 +154,11 @@ fn plain_hits_are_certain() {
 }
 
 fn scenes() -> Vec<(&'static str, Scene)> {
-    let few_in_a_cell = BuildParameters { last_cell_triangles: 8, spare_references: 8.0 };
+    let few_in_a_cell = BuildParameters {
+        last_cell_triangles: 8,
+        spare_references: 8.0,
+        ..BuildParameters::default()
+    };
     meshes()
         .into_iter()
         .map(|(name, mesh)| {

@@ -4,7 +4,7 @@ mod common;
 
 use common::engines::build_variants;
 use common::{check_structure, meshes, soup};
-use halfline::build::BuildParameters;
+use halfline::build::{BuildParameters, Preset};
 use halfline::error::Error;
 use halfline::mesh::Positions;
 use halfline::mesh::generate::{Kind, generate};
@@ -29,15 +29,21 @@ fn trees_are_what_they_should_be() {
 #[test]
 fn the_tree_does_not_depend_on_the_number_of_threads() {
     let mesh = generate(Kind::Hall, 60_000, 1, &Silent).expect("generates");
-    let build = |threads| {
-        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("a pool");
-        pool.install(|| Scene::new(mesh.clone()).expect("builds"))
-    };
-    let (one, four) = (build(1), build(4));
-    let [one, four] = [one.tree(), four.tree()];
-    assert_eq!(one.references, four.references);
-    let bytes = |tree: &KdTree| bytemuck::cast_slice::<_, u8>(&tree.children).to_vec();
-    assert!(bytes(one) == bytes(four), "nodes differ");
+    for preset in Preset::ALL {
+        let parameters = BuildParameters::preset(preset);
+        let build = |threads| {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
+            pool.expect("a pool")
+                .install(|| Scene::build_with(mesh.clone(), &parameters, &Silent).expect("builds"))
+        };
+        let (one, four) = (build(1), build(4));
+        let [one, four] = [one.tree(), four.tree()];
+        assert_eq!(one.references, four.references);
+        let bytes = |tree: &KdTree| bytemuck::cast_slice::<_, u8>(&tree.children).to_vec();
+        assert!(bytes(one) == bytes(four), "{preset:?}: nodes differ");
+        let leaves = |tree: &KdTree| bytemuck::cast_slice::<_, u8>(&tree.leaves.blocks).to_vec();
+        assert!(leaves(one) == leaves(four), "{preset:?}: leaves differ");
+    }
 }
 
 #[test]
@@ -80,6 +86,8 @@ fn senseless_parameters_are_refused() {
             BuildParameters { spare_references: f64::NAN, ..BuildParameters::default() },
             "spare_references",
         ),
+        (BuildParameters { plane_bins: 0, ..BuildParameters::default() }, "plane_bins"),
+        (BuildParameters { group_bins: 64, ..BuildParameters::default() }, "group_bins"),
         (
             BuildParameters { spare_references: -1.0, ..BuildParameters::default() },
             "spare_references",

@@ -6,12 +6,13 @@ use clap::Args;
 use halfline::leaks::{self, Example, LeakReport};
 use halfline::progress::Stage;
 use halfline::topology::{self, Facing, Found, Target, Topology};
-use halfline::{Error, Mesh, Scene, Vec3};
+use halfline::{Error, Mesh, Vec3};
 use serde_json::{Value, json};
 
 use crate::failure::Failure;
 use crate::session::{Figures, Session};
 use crate::table::Table;
+use crate::tree_options::TreeOptions;
 use crate::{session, units, values};
 
 const EXAMPLES: &str = "\
@@ -47,6 +48,9 @@ pub struct Options {
     /// Another seed takes another sample, and other points inside
     #[arg(long, value_name = "N", default_value_t = 0)]
     seed: u64,
+
+    #[command(flatten)]
+    tree: TreeOptions,
 }
 
 /// Loads the mesh, looks at how it hangs together, builds its tree, aims rays, and tells.
@@ -55,7 +59,7 @@ pub fn run(options: &Options, session: Session) -> Result<(), Failure> {
     let (topology, examine_seconds) =
         session.timed(Stage::Examine, |observer| topology::examine(&mesh, observer))?;
     let (scene, build_seconds) =
-        session.timed(Stage::Build, |observer| Scene::build(mesh, observer))?;
+        session.timed(Stage::Build, |observer| options.tree.build(mesh, observer))?;
     let leak_options = leaks::Options { rays: options.rays, seed: options.seed };
     let (report, _) = session
         .timed(Stage::Trace, |observer| leaks::aim(&scene, &topology, &leak_options, observer))?;
@@ -68,6 +72,7 @@ pub fn run(options: &Options, session: Session) -> Result<(), Failure> {
     findings.mesh_figures(&mut tell);
     findings.ray_figures(&mut tell);
     tell("seed", json!(options.seed));
+    tell("preset", json!(options.tree.name()));
     tell("verdict", json!(findings.verdict()));
     tell("load_seconds", json!(load_seconds));
     tell("examine_seconds", json!(examine_seconds));

@@ -3,7 +3,6 @@
 use std::path::PathBuf;
 
 use clap::Args;
-use halfline::Scene;
 use halfline::geometry::Aabb;
 use halfline::mesh::Positions;
 use halfline::progress::Stage;
@@ -13,6 +12,7 @@ use serde_json::{Value, json};
 use crate::failure::Failure;
 use crate::session::{Figures, Session};
 use crate::table::Table;
+use crate::tree_options::TreeOptions;
 use crate::{session, units};
 
 const EXAMPLES: &str = "\
@@ -27,6 +27,9 @@ pub struct Options {
     /// The mesh to look into
     #[arg(value_name = "MESH")]
     mesh: PathBuf,
+
+    #[command(flatten)]
+    tree: TreeOptions,
 }
 
 /// Loads the mesh, builds its tree and tells about both.
@@ -34,7 +37,7 @@ pub fn run(options: &Options, session: Session) -> Result<(), Failure> {
     let file_bytes = options.mesh.metadata().map(|metadata| metadata.len()).ok();
     let (mesh, load_seconds) = session.load(&options.mesh)?;
     let (scene, build_seconds) =
-        session.timed(Stage::Build, |observer| Scene::build(mesh, observer))?;
+        session.timed(Stage::Build, |observer| options.tree.build(mesh, observer))?;
     let (mesh, tree) = (scene.mesh(), scene.tree());
     let statistics = tree.statistics(mesh.triangle_count());
 
@@ -56,6 +59,7 @@ pub fn run(options: &Options, session: Session) -> Result<(), Failure> {
     tell("skipped", json!(skipped));
     tell("skipped_degenerate", json!(tree.skipped_zero_area));
     tell("skipped_non_finite", json!(tree.skipped_non_finite));
+    tell("preset", json!(options.tree.name()));
     tell("tree", tree_figures(&statistics));
     tell("load_seconds", json!(load_seconds));
     tell("build_seconds", json!(build_seconds));
@@ -71,7 +75,8 @@ pub fn run(options: &Options, session: Session) -> Result<(), Failure> {
         let note = file_bytes.map_or(String::new(), units::bytes);
         table.row("load", units::seconds(load_seconds), note);
         let note = peak_memory
-            .map_or(String::new(), |bytes| format!("peak memory so far {}", units::bytes(bytes)));
+            .map_or(String::new(), |bytes| format!(", peak memory so far {}", units::bytes(bytes)));
+        let note = format!("{}{note}", options.tree.name());
         table.row("build", units::seconds(build_seconds), note);
         tree_rows(&mut table, &statistics);
         table.print()

@@ -4,7 +4,6 @@ use std::path::PathBuf;
 use std::time::Instant;
 
 use clap::{Args, ValueEnum};
-use halfline::Scene;
 use halfline::geometry::{Hit, Ray};
 use halfline::mesh::Mesh;
 use halfline::progress::{Observer, Stage};
@@ -19,6 +18,7 @@ use crate::npz::Archive;
 use crate::output::Interruptible;
 use crate::session::{Figures, Session};
 use crate::table::Table;
+use crate::tree_options::TreeOptions;
 use crate::{output, session, units};
 
 const EXAMPLES: &str = "\
@@ -69,6 +69,9 @@ pub struct Options {
     /// All hits along each ray, not only the first
     #[arg(long)]
     all: bool,
+
+    #[command(flatten)]
+    tree: TreeOptions,
 }
 
 #[derive(Clone, Copy, Debug, ValueEnum)]
@@ -102,7 +105,7 @@ pub fn run(options: &Options, session: Session) -> Result<(), Failure> {
     match options.engine {
         EngineName::Fast => {
             let (scene, build_seconds) =
-                run.session.timed(Stage::Build, |observer| Scene::build(mesh, observer))?;
+                run.session.timed(Stage::Build, |observer| options.tree.build(mesh, observer))?;
             let tree = scene.tree();
             let skipped = Some((tree.skipped_zero_area, tree.skipped_non_finite));
             run.answer(&scene, scene.mesh(), skipped, build_seconds)

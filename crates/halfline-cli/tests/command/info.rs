@@ -35,6 +35,24 @@ fn figures_of_a_cube() {
     }
 }
 
+/// No triangle is cut for `fast`.
+#[test]
+fn presets_are_named_and_build_different_trees() {
+    let bench = Bench::new();
+    bench.run("generate hall -n 20000 -o hall.ply").succeeded();
+    assert_eq!(bench.figures("info hall.ply")["preset"], "balanced");
+    let mut references = Vec::new();
+    for preset in ["fast", "balanced", "best"] {
+        let figures = bench.figures(&format!("info hall.ply --preset {preset}"));
+        assert_eq!(figures["preset"], preset);
+        references.push(figures["tree"]["references_per_triangle"].as_f64().unwrap());
+        let table = bench.run(&format!("info hall.ply --preset {preset}"));
+        assert!(table.succeeded().stdout.contains(preset), "{}", table.stdout);
+    }
+    let [fast, balanced, best] = references[..] else { unreachable!("three presets") };
+    assert!(fast == 1.0 && balanced > 1.0 && best > 1.0, "{references:?}");
+}
+
 #[test]
 fn an_empty_mesh_has_no_bounds() {
     let bench = Bench::new();

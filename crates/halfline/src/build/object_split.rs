@@ -4,102 +4,184 @@
 //! surface-area heuristic over bins of the boxes' centres. Costs count blocks of triangles, so
 //! groups that fill whole blocks are preferred.
 
-use super::lane_box::LaneBox;
+use super::lane_box::{Extent, LaneBox, UPPER};
 use super::reference::Reference;
 use super::spatial_split::{blocks, slab};
+use crate::simd::{Job, Level, Simd};
 
-const BINS: usize = 16;
-
-/// Two groups: the references at the start of the list, and the rest.
+/// Two groups: the items at the start of the list, and the rest.
 #[derive(Clone, Copy, Debug)]
 pub struct Groups {
     /// The axis along which the groups' centres are ordered.
     pub axis: usize,
-    /// The number of references in the first group.
+    /// The number of items in the first group.
     pub first_count: usize,
+    /// Where each group is.
+    pub extents: [Extent; 2],
 }
 
-/// Twice the centre of a reference's box.
+/// What can be divided into groups: references, and cells of many.
+pub trait Item {
+    /// Its box.
+    fn lanes(&self) -> LaneBox;
+
+    /// How many triangles it holds.
+    fn triangles(&self) -> usize;
+}
+
+impl Item for Reference {
+    #[inline(always)]
+    fn lanes(&self) -> LaneBox {
+        Reference::lanes(self)
+    }
+
+    #[inline(always)]
+    fn triangles(&self) -> usize {
+        1
+    }
+}
+
+/// Where some items are.
 #[inline(always)]
-fn center(reference: &Reference, axis: usize) -> f32 {
-    reference.bounds.min[axis] + reference.bounds.max[axis]
+fn extent_of<I: Item>(items: &[I]) -> Extent {
+    let mut extent = Extent::EMPTY;
+    items.iter().for_each(|item| extent.add(&item.lanes()));
+    extent
 }
 
-/// Reorders two or more references into two groups, neither empty, of the least cost.
-pub fn divide_into_groups(references: &mut [Reference]) -> Groups {
-    let mut low = [f32::INFINITY; 3];
-    let mut high = [f32::NEG_INFINITY; 3];
-    for reference in references.iter() {
+/// The bins that centres are counted in.
+struct Bins<const BINS: usize> {
+    /// Where they begin on each axis, and how many there are for each unit of length: none, if
+    /// the centres do not differ.
+    low: [f32; UPPER],
+    scales: [f32; UPPER],
+}
+
+impl<const BINS: usize> Bins<BINS> {
+    #[inline(always)]
+    fn over(centers: &LaneBox) -> Bins<BINS> {
+        let mut bins = Bins { low: [0.0; UPPER], scales: [0.0; UPPER] };
         for axis in 0..3 {
-            let center = center(reference, axis);
-            low[axis] = if center < low[axis] { center } else { low[axis] };
-            high[axis] = if center > high[axis] { center } else { high[axis] };
+            let scale = BINS as f32 / -(centers.0[axis] + centers.0[UPPER + axis]);
+            if scale > 0.0 && scale < f32::INFINITY {
+                bins.scales[axis] = scale;
+            }
+            bins.low[axis] = centers.0[axis];
         }
+        bins
     }
 
-    // Count the centres in bins of each axis on which they differ.
-    let scales = [0, 1, 2].map(|axis| bin_scale(low[axis], high[axis]));
-    let mut boxes = [[LaneBox::EMPTY; BINS]; 3];
-    let mut counts = [[0usize; BINS]; 3];
-    for reference in references.iter() {
-        let whole = LaneBox::of(&reference.bounds);
-        for axis in 0..3 {
-            let scale = scales[axis].unwrap_or(0.0);
-            let bin = bin_of(center(reference, axis), low[axis], scale);
-            boxes[axis][bin].widen(&whole);
-            counts[axis][bin] += 1;
+    /// The bin of a box on each axis.
+    #[inline(always)]
+    fn of(&self, whole: &LaneBox) -> [usize; 3] {
+        let mut bins = [0; UPPER];
+        for lane in 0..UPPER {
+            let center = whole.0[lane] - whole.0[UPPER + lane];
+            bins[lane] = slab((center - self.low[lane]) * self.scales[lane] - 0.5, BINS);
         }
+        // As is known of them already; said again, for the sake of the checks of indices.
+        [bins[0] as usize % BINS, bins[1] as usize % BINS, bins[2] as usize % BINS]
     }
+}
 
-    // Find the cheapest place to divide them.
-    let mut cheapest: Option<(f32, usize, usize)> = None;
-    for axis in (0..3).filter(|&axis| scales[axis].is_some()) {
-        let (boxes, counts) = (&boxes[axis], &counts[axis]);
-        let mut costs_above = [0.0; BINS];
-        let (mut above, mut count) = (LaneBox::EMPTY, 0);
-        for bin in (1..BINS).rev() {
-            above.widen(&boxes[bin]);
-            count += counts[bin];
-            costs_above[bin] = above.bounds().half_area() * blocks(count);
+/// Finds two groups of the least cost among `BINS - 1` ways to cut each axis.
+struct Divide<'a, I, const BINS: usize> {
+    items: &'a mut [I],
+    /// Only if they cost no more than this.
+    limit: f32,
+    /// Where the items' centres are.
+    centers: &'a LaneBox,
+}
+
+impl<I: Item, const BINS: usize> Job for Divide<'_, I, BINS> {
+    type Output = Option<Groups>;
+
+    #[inline(always)]
+    fn run<S: Simd>(self, _: S) -> Option<Groups> {
+        let Divide { items, limit, centers } = self;
+
+        // Count the centres in bins of each axis on which they differ.
+        let bins = Bins::<BINS>::over(centers);
+        let mut boxes = [[LaneBox::EMPTY; BINS]; 3];
+        let mut counts = [[0usize; BINS]; 3];
+        let mut total = 0;
+        for item in items.iter() {
+            let whole = item.lanes();
+            let places = bins.of(&whole);
+            for axis in 0..3 {
+                boxes[axis][places[axis]].widen(&whole);
+                counts[axis][places[axis]] += item.triangles();
+            }
+            total += item.triangles();
         }
-        let (mut below, mut count) = (LaneBox::EMPTY, 0);
-        for bin in 1..BINS {
-            below.widen(&boxes[bin - 1]);
-            count += counts[bin - 1];
-            let cost = below.bounds().half_area() * blocks(count) + costs_above[bin];
-            let divides = count > 0 && count < references.len();
-            if divides && cheapest.is_none_or(|(best, ..)| cost < best) {
-                cheapest = Some((cost, axis, bin));
+
+        // Find the cheapest place to divide them.
+        let mut cheapest: Option<(f32, usize, usize)> = None;
+        for axis in (0..3).filter(|&axis| bins.scales[axis] > 0.0) {
+            let (boxes, counts) = (&boxes[axis], &counts[axis]);
+            let mut costs_above = [0.0; BINS];
+            let (mut above, mut count) = (LaneBox::EMPTY, 0);
+            for bin in (1..BINS).rev() {
+                above.widen(&boxes[bin]);
+                count += counts[bin];
+                costs_above[bin] = above.half_area() * blocks(count);
+            }
+            let (mut below, mut count) = (LaneBox::EMPTY, 0);
+            for bin in 1..BINS {
+                below.widen(&boxes[bin - 1]);
+                count += counts[bin - 1];
+                let cost = below.half_area() * blocks(count) + costs_above[bin];
+                let divides = count > 0 && count < total;
+                if divides && cheapest.is_none_or(|(best, ..)| cost < best) {
+                    cheapest = Some((cost, axis, bin));
+                }
             }
         }
-    }
 
-    // Reorder; where all centres coincide, halve the list.
-    let Some((_, axis, bin)) = cheapest else { return halve(references) };
-    let scale = scales[axis].unwrap_or(0.0);
-    let mut first_count = 0;
-    for i in 0..references.len() {
-        if bin_of(center(&references[i], axis), low[axis], scale) < bin {
-            references.swap(i, first_count);
-            first_count += 1;
+        // Reorder. Which group an item belongs to cannot be foreseen, so nothing depends on it but
+        // where the next of the first group goes.
+        let (_, axis, bin) = cheapest.filter(|&(cost, ..)| cost <= limit)?;
+        let mut extents = [Extent::EMPTY; 2];
+        let mut first_count = 0;
+        for i in 0..items.len() {
+            let whole = items[i].lanes();
+            let is_first = bins.of(&whole)[axis] < bin;
+            extents[0].add_if(is_first, &whole);
+            extents[1].add_if(!is_first, &whole);
+            items.swap(i, first_count);
+            first_count += usize::from(is_first);
         }
+        Some(Groups { axis, first_count, extents })
     }
-    Groups { axis, first_count }
+}
+
+/// Reorders two or more items into two groups, neither empty, of the least cost. `centers` is
+/// where their centres are.
+pub fn divide_into_groups<I: Item, const BINS: usize>(
+    items: &mut [I],
+    centers: &LaneBox,
+    level: Level,
+) -> Groups {
+    let divided = groups_within::<I, BINS>(items, f32::INFINITY, centers, level);
+    // Where all centres coincide, halve the list.
+    divided.unwrap_or_else(|| halve(items))
+}
+
+/// The same, if the groups' half areas times their blocks of triangles are no more than `limit` in
+/// all. Else nothing is changed.
+pub fn groups_within<I: Item, const BINS: usize>(
+    items: &mut [I],
+    limit: f32,
+    centers: &LaneBox,
+    level: Level,
+) -> Option<Groups> {
+    level.run(Divide::<I, BINS> { items, limit, centers })
 }
 
 /// The first and the second half of the list: for triangles that nothing tells apart, and where a
 /// tree would become too deep.
-pub fn halve(references: &[Reference]) -> Groups {
-    Groups { axis: 0, first_count: references.len() / 2 }
-}
-
-/// Bins for each unit of length; `None` if the centres do not differ.
-fn bin_scale(low: f32, high: f32) -> Option<f32> {
-    let scale = BINS as f32 / (high - low);
-    (scale < f32::INFINITY && high > low).then_some(scale)
-}
-
-#[inline(always)]
-fn bin_of(center: f32, low: f32, scale: f32) -> usize {
-    slab((center - low) * scale - 0.5, BINS)
+pub fn halve<I: Item>(items: &[I]) -> Groups {
+    let first_count = items.len() / 2;
+    let (first, second) = items.split_at(first_count);
+    Groups { axis: 0, first_count, extents: [extent_of(first), extent_of(second)] }
 }

@@ -3,35 +3,111 @@
 use bytemuck::{Pod, Zeroable};
 use rayon::prelude::*;
 
-use super::lane_box::LaneBox;
+use super::lane_box::{Extent, LaneBox, UPPER};
 use crate::geometry::Vec3;
 use crate::mesh::Mesh;
 use crate::numeric::{Frame, has_edges, is_zero_area};
+use crate::simd::{Job, Level, Simd};
 use crate::tree::Bounds;
 
-/// The part of a face that lies in a cell, known by its box.
+/// The part of a face that lies in a cell, known by its box, as a [`LaneBox`] has it.
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
-#[repr(C)]
+#[repr(C, align(16))]
 pub struct Reference {
-    /// Box of the part, rounded outwards.
-    pub bounds: Bounds,
+    low: [f32; 3],
     /// The face.
     pub face: u32,
+    negated_high: [f32; 3],
     unused: u32,
 }
 
 impl Reference {
-    /// A reference to the part of `face` within `bounds`.
+    /// A reference to the part of `face` within `bounds`, which are rounded outwards.
+    #[inline(always)]
     pub fn new(face: u32, bounds: Bounds) -> Reference {
-        Reference { bounds, face, unused: 0 }
+        let negated_high = [-bounds.max[0], -bounds.max[1], -bounds.max[2]];
+        Reference { low: bounds.min, face, negated_high, unused: 0 }
+    }
+
+    /// Its box.
+    #[inline(always)]
+    pub fn bounds(&self) -> Bounds {
+        self.lanes().bounds()
+    }
+
+    /// The same.
+    #[inline(always)]
+    pub fn lanes(&self) -> LaneBox {
+        let mut lanes: [u32; 8] = bytemuck::cast(*self);
+        // A face is no number to compute with: the small ones are denormal.
+        lanes[UPPER - 1] = 0;
+        LaneBox(bytemuck::cast(lanes))
+    }
+
+    /// From where to where it reaches on an axis.
+    #[inline(always)]
+    pub fn range(&self, axis: usize) -> (f32, f32) {
+        (self.low[axis], -self.negated_high[axis])
     }
 }
 
-/// The box around the references.
-pub fn bounds_of(references: &[Reference]) -> Bounds {
-    let mut all = LaneBox::EMPTY;
-    references.iter().for_each(|reference| all.widen(&LaneBox::of(&reference.bounds)));
-    all.bounds()
+/// Room for references, each in half a cache line.
+pub struct Slots {
+    halves: Vec<Half>,
+    skipped: usize,
+    count: usize,
+}
+
+/// Half a reference: memory that needs no more than this alignment comes zeroed from the system, and
+/// costs nothing until it is touched.
+#[derive(Clone, Copy, Pod, Zeroable)]
+#[repr(C, align(16))]
+struct Half([u32; 4]);
+
+impl Slots {
+    /// Room for `count` references. Slots that stay unused are free.
+    pub fn new(count: usize) -> Slots {
+        const LINE: usize = 64;
+        let mut halves: Vec<Half> =
+            bytemuck::allocation::zeroed_vec(2 * count + LINE / size_of::<Half>());
+        crate::io::advise_huge_pages(&mut halves);
+        let skipped = halves.as_ptr().align_offset(LINE);
+        Slots { halves, skipped, count }
+    }
+
+    /// The references.
+    pub fn as_mut(&mut self) -> &mut [Reference] {
+        let halves = &mut self.halves[self.skipped..];
+        bytemuck::cast_slice_mut(&mut halves[..2 * self.count])
+    }
+}
+
+/// Where references are.
+struct FindExtent<'a>(&'a [Reference]);
+
+impl Job for FindExtent<'_> {
+    type Output = Extent;
+
+    #[inline(always)]
+    fn run<S: Simd>(self, _: S) -> Extent {
+        let mut extent = Extent::EMPTY;
+        for reference in self.0 {
+            extent.add(&reference.lanes());
+        }
+        extent
+    }
+}
+
+/// Where the references are, found by all threads.
+pub fn extent_of_all(references: &[Reference], level: Level) -> Extent {
+    let chunks = references.par_chunks(CHUNK).map(|chunk| level.run(FindExtent(chunk)));
+    chunks.reduce(
+        || Extent::EMPTY,
+        |mut one, other| {
+            one.widen(&other);
+            one
+        },
+    )
 }
 
 /// Faces that get no reference.
@@ -45,92 +121,82 @@ pub struct Skipped {
     pub non_finite: usize,
 }
 
-/// Faces that one task looks at.
-const CHUNK: usize = 1 << 14;
-
-enum Verdict {
-    Keep([Vec3; 3]),
-    ZeroArea([Vec3; 3]),
-    NonFinite,
-}
-
-fn judge(mesh: &Mesh, face: usize) -> Verdict {
-    let corners = mesh.corners(face as u32);
-    if !corners.into_iter().all(Vec3::is_finite) {
-        Verdict::NonFinite
-    } else if is_zero_area(corners) {
-        Verdict::ZeroArea(corners)
-    } else {
-        Verdict::Keep(corners)
-    }
-}
-
-/// A reference for each face that can be hit, in face order, at the start of an array of
-/// `slots(kept faces)`; the number of those; and what was left out.
-pub fn references_of(
-    mesh: &Mesh,
-    frame: &Frame,
-    slots: impl FnOnce(usize) -> usize,
-) -> (Vec<Reference>, usize, Skipped) {
-    // Count what each chunk keeps, so that each knows where to write.
-    let faces = mesh.triangle_count();
-    let chunks = faces.div_ceil(CHUNK);
-    let range = |chunk: usize| chunk * CHUNK..((chunk + 1) * CHUNK).min(faces);
-    let counts: Vec<Skipped> = (0..chunks)
-        .into_par_iter()
-        .map(|chunk| {
-            let mut skipped = Skipped::default();
-            for face in range(chunk) {
-                match judge(mesh, face) {
-                    Verdict::Keep(_) => {}
-                    Verdict::ZeroArea(corners) => {
-                        skipped.zero_area += 1;
-                        if has_edges(corners) {
-                            skipped.on_line.push(face as u32);
-                        }
-                    }
-                    Verdict::NonFinite => skipped.non_finite += 1,
-                }
-            }
-            skipped
-        })
-        .collect();
-    let mut skipped = Skipped::default();
-    for chunk in &counts {
-        skipped.zero_area += chunk.zero_area;
-        skipped.non_finite += chunk.non_finite;
-        skipped.on_line.extend_from_slice(&chunk.on_line);
-    }
-    let kept = faces - skipped.zero_area - skipped.non_finite;
-
-    // Zeroed memory costs nothing until it is touched, so slots that stay unused are free.
-    let mut references: Vec<Reference> = bytemuck::allocation::zeroed_vec(slots(kept).max(kept));
-    crate::io::advise_huge_pages(&mut references);
-    let mut rest = &mut references[..kept];
-    let mut targets = Vec::with_capacity(chunks);
-    for (chunk, skipped) in counts.iter().enumerate() {
-        let keeps = range(chunk).len() - skipped.zero_area - skipped.non_finite;
-        let (target, tail) = rest.split_at_mut(keeps);
-        targets.push(target);
-        rest = tail;
-    }
-    targets.into_par_iter().enumerate().for_each(|(chunk, target)| {
-        let kept = range(chunk).filter_map(|face| match judge(mesh, face) {
-            Verdict::Keep(corners) => Some(Reference::new(face as u32, box_of(frame, corners))),
-            Verdict::ZeroArea(_) | Verdict::NonFinite => None,
-        });
-        for (slot, reference) in target.iter_mut().zip(kept) {
-            *slot = reference;
+impl Skipped {
+    /// The corners of a face, or a note of why it gets no reference.
+    #[inline]
+    pub fn or_corners(&mut self, mesh: &Mesh, face: u32) -> Option<[Vec3; 3]> {
+        let corners = mesh.corners(face);
+        if !(corners[0].is_finite() && corners[1].is_finite() && corners[2].is_finite()) {
+            self.non_finite += 1;
+            return None;
         }
-    });
-    (references, kept, skipped)
+        if is_zero_area(corners) {
+            self.zero_area += 1;
+            if has_edges(corners) {
+                self.on_line.push(face);
+            }
+            return None;
+        }
+        Some(corners)
+    }
+
+    /// How many there are.
+    pub fn count(&self) -> usize {
+        self.zero_area + self.non_finite
+    }
+
+    /// Those of all parts, which are in the order of the faces.
+    pub fn all(parts: impl IntoIterator<Item = Skipped>) -> Skipped {
+        let mut all = Skipped::default();
+        for part in parts {
+            all.zero_area += part.zero_area;
+            all.non_finite += part.non_finite;
+            all.on_line.extend(part.on_line);
+        }
+        all
+    }
+}
+
+/// Faces that one task looks at.
+pub const CHUNK: usize = 1 << 14;
+
+/// Fills the first slots with a reference for each face that can be hit, in face order. Tells what
+/// was left out.
+pub fn references_of(mesh: &Mesh, frame: &Frame, slots: &mut [Reference]) -> Skipped {
+    let slots = &mut slots[..mesh.triangle_count()];
+    let fill = |(chunk, target): (usize, &mut [Reference])| {
+        let mut skipped = Skipped::default();
+        let mut kept = 0;
+        for i in 0..target.len() {
+            let face = (chunk * CHUNK + i) as u32;
+            if let Some(corners) = skipped.or_corners(mesh, face) {
+                target[kept] = Reference::new(face, box_of(frame, corners));
+                kept += 1;
+            }
+        }
+        skipped
+    };
+    let skipped: Vec<Skipped> = slots.par_chunks_mut(CHUNK).enumerate().map(fill).collect();
+
+    // Close the gaps.
+    let mut next = 0;
+    for (chunk, skipped) in skipped.iter().enumerate() {
+        let first = chunk * CHUNK;
+        let kept = CHUNK.min(slots.len() - first) - skipped.count();
+        if next < first {
+            slots.copy_within(first..first + kept, next);
+        }
+        next += kept;
+    }
+    Skipped::all(skipped)
 }
 
 /// The box of a triangle in the frame, rounded outwards.
-fn box_of(frame: &Frame, [a, b, c]: [Vec3; 3]) -> Bounds {
+#[inline]
+pub fn box_of(frame: &Frame, [a, b, c]: [Vec3; 3]) -> Bounds {
     let (min, max) = (a.min(b).min(c), a.max(b).max(c));
     Bounds {
-        min: [0, 1, 2].map(|axis| frame.lower(min[axis], axis)),
-        max: [0, 1, 2].map(|axis| frame.upper(max[axis], axis)),
+        min: [frame.lower(min.x, 0), frame.lower(min.y, 1), frame.lower(min.z, 2)],
+        max: [frame.upper(max.x, 0), frame.upper(max.y, 1), frame.upper(max.z, 2)],
     }
 }

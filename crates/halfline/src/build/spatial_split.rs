@@ -1,17 +1,19 @@
 //! Where a plane should cut a cell: the surface-area heuristic over bins.
 //!
-//! Each axis of the cell is divided into [`BINS`] slabs. A reference counts where it starts and
-//! where it ends, and its box, chopped at the slabs' sides, widens the box of each slab that it
-//! reaches into. Two sweeps over the slabs then give for each plane between them the number of
-//! references and the tight box on either side.
+//! Each axis of the cell is divided into slabs. A reference counts where it starts and where it
+//! ends, and its box, chopped at the slabs' sides, widens the box of each slab that it reaches
+//! into. Two sweeps over the slabs then give for each plane between them the number of references
+//! and the tight box on either side.
+//!
+//! Most references reach into one slab or two, in no order that a processor could foresee. So the
+//! first slab and the last are always widened, and only between them there is a loop.
 
 use rayon::prelude::*;
 
 use super::lane_box::{LaneBox, UPPER};
 use super::reference::Reference;
+use crate::simd::{Job, Level, Simd};
 use crate::tree::{BLOCK_SIZE, Bounds};
-
-const BINS: usize = 32;
 
 /// Above this number of references the bins are filled by several threads.
 const PARALLEL_REFERENCES: usize = 1 << 16;
@@ -34,141 +36,218 @@ pub fn blocks(count: usize) -> f32 {
 }
 
 /// The slabs of a cell.
-struct Grid {
-    min: [f32; 3],
-    width: [f32; 3],
-    inverse_width: [f32; 3],
+struct Grid<const BINS: usize> {
+    /// False for an axis that is too short to be divided.
+    divides: [bool; 3],
+    /// A side of the cell, in the lanes of a box, and slabs for each unit of length from there.
+    origin: LaneBox,
+    scale: [f32; 8],
+    /// The slabs of each axis, reaching to infinity along the others.
+    slabs: [[LaneBox; BINS]; 3],
 }
 
-impl Grid {
-    fn over(cell: &Bounds) -> Grid {
-        let width = [0, 1, 2].map(|axis| (cell.max[axis] - cell.min[axis]) / BINS as f32);
-        // An axis that is too short to be divided has inverse 0: all falls into its first bin.
-        let inverse = |w: f32| if 1.0 / w < f32::INFINITY { 1.0 / w } else { 0.0 };
-        Grid { min: cell.min, width, inverse_width: width.map(inverse) }
+impl<const BINS: usize> Grid<BINS> {
+    #[inline(always)]
+    fn over(cell: &Bounds) -> Grid<BINS> {
+        let mut grid = Grid {
+            divides: [false; 3],
+            origin: LaneBox([0.0; 8]),
+            scale: [0.0; 8],
+            slabs: [[LaneBox::ALL; BINS]; 3],
+        };
+        for axis in 0..3 {
+            let width = (cell.max[axis] - cell.min[axis]) / BINS as f32;
+            // Of an axis that is too short to be divided all falls into the first slab.
+            let inverse = if 1.0 / width < f32::INFINITY { 1.0 / width } else { 0.0 };
+            grid.divides[axis] = inverse > 0.0;
+            grid.origin.0[axis] = cell.min[axis];
+            grid.origin.0[UPPER + axis] = -cell.min[axis];
+            grid.scale[axis] = inverse;
+            grid.scale[UPPER + axis] = -inverse;
+            for bin in 0..BINS {
+                grid.slabs[axis][bin].0[axis] = cell.min[axis] + bin as f32 * width;
+                grid.slabs[axis][bin].0[UPPER + axis] =
+                    -(cell.min[axis] + (bin + 1) as f32 * width);
+            }
+        }
+        grid
     }
 
-    /// The slab that holds `x`. Rounding may put a coordinate on a side into either neighbour:
-    /// counts here are estimates, the partition compares with the plane itself.
+    /// In the lanes of each side the slab that holds it. Rounding may put a coordinate on a plane into
+    /// either neighbour: counts here are estimates, the partition compares with the plane itself.
     #[inline(always)]
-    fn bin(&self, axis: usize, x: f32) -> usize {
-        slab(((x - self.min[axis]) * self.inverse_width[axis]) - 0.5, BINS)
+    fn bins(&self, part: &LaneBox) -> [u32; 8] {
+        let mut bins = [0; 8];
+        for lane in 0..8 {
+            let x = (part.0[lane] - self.origin.0[lane]) * self.scale[lane];
+            bins[lane] = slab(x - 0.5, BINS);
+        }
+        bins
     }
 
     /// The plane below slab `bin`.
     #[inline(always)]
     fn plane(&self, axis: usize, bin: usize) -> f32 {
-        self.min[axis] + bin as f32 * self.width[axis]
+        self.slabs[axis][bin].0[axis]
     }
 }
 
 /// The integer nearest to `x`, at least zero and below `count`, a power of two. A cast would look
 /// for NaN and infinities, of which there are none, and cost as much as the rest of the search.
 #[inline(always)]
-pub fn slab(x: f32, count: usize) -> usize {
+pub fn slab(x: f32, count: usize) -> u32 {
     // From here on single-precision numbers have their units in the lowest bit.
     const UNITS: f32 = 8_388_608.0;
     let last = (count - 1) as f32;
     let x = if x < last { x } else { last };
     let x = if x > 0.0 { x } else { 0.0 };
-    (x + UNITS).to_bits() as usize & (count - 1)
+    (x + UNITS).to_bits() & (count as u32 - 1)
 }
 
-/// The slabs of an axis: a box each, and how many references start and end there.
+/// What lies in the slabs of an axis: of references that start in each the part in it, of those
+/// that reach further what lies there, and how many start and end in each.
 #[derive(Clone, Copy)]
-struct Slabs {
-    boxes: [LaneBox; BINS],
+struct Filled<const BINS: usize> {
+    heads: [LaneBox; BINS],
+    tails: [LaneBox; BINS],
     starts: [u32; BINS],
     ends: [u32; BINS],
 }
 
-const EMPTY_SLABS: [Slabs; 3] =
-    [Slabs { boxes: [LaneBox::EMPTY; BINS], starts: [0; BINS], ends: [0; BINS] }; 3];
-
-fn fill(references: &[Reference], grid: &Grid) -> [Slabs; 3] {
-    let mut slabs = EMPTY_SLABS;
-    let [x, y, z] = &mut slabs;
-    for reference in references {
-        let whole = LaneBox::of(&reference.bounds);
-        count::<0>(x, &reference.bounds, whole, grid);
-        count::<1>(y, &reference.bounds, whole, grid);
-        count::<2>(z, &reference.bounds, whole, grid);
-    }
-    slabs
-}
-
-/// Counts a reference along an axis. That is a constant, so that chopping a box changes a register: to
-/// change it in memory and read it again would take longer than all the rest.
-#[inline(always)]
-fn count<const AXIS: usize>(slabs: &mut Slabs, bounds: &Bounds, whole: LaneBox, grid: &Grid) {
-    let first = grid.bin(AXIS, bounds.min[AXIS]);
-    let last = grid.bin(AXIS, bounds.max[AXIS]);
-    slabs.starts[first] += 1;
-    slabs.ends[last] += 1;
-    let mut chopped = whole;
-    for bin in first..last {
-        let plane = grid.plane(AXIS, bin + 1);
-        chopped.0[UPPER + AXIS] = -plane;
-        slabs.boxes[bin].widen(&chopped);
-        chopped.0[AXIS] = plane;
-    }
-    chopped.0[UPPER + AXIS] = whole.0[UPPER + AXIS];
-    slabs.boxes[last].widen(&chopped);
-}
-
-fn merge(mut a: [Slabs; 3], b: [Slabs; 3]) -> [Slabs; 3] {
-    for (a, b) in a.iter_mut().zip(&b) {
-        for bin in 0..BINS {
-            a.boxes[bin].widen(&b.boxes[bin]);
-            a.starts[bin] += b.starts[bin];
-            a.ends[bin] += b.ends[bin];
-        }
-    }
-    a
-}
-
-/// The cheapest plane across a cell, or `None` if the cell cannot be cut. Of equal ones the first
-/// in the order of axes and positions.
-pub fn cheapest_plane(references: &[Reference], cell: &Bounds) -> Option<SpatialSplit> {
-    let grid = Grid::over(cell);
-    let slabs = if references.len() > PARALLEL_REFERENCES {
-        // Minima, maxima and counts are the same in whatever order threads merge them.
-        references
-            .par_chunks(PARALLEL_REFERENCES / 4)
-            .map(|chunk| fill(chunk, &grid))
-            .reduce(|| EMPTY_SLABS, merge)
-    } else {
-        fill(references, &grid)
+impl<const BINS: usize> Filled<BINS> {
+    const EMPTY: Filled<BINS> = Filled {
+        heads: [LaneBox::EMPTY; BINS],
+        tails: [LaneBox::EMPTY; BINS],
+        starts: [0; BINS],
+        ends: [0; BINS],
     };
 
-    let mut cheapest: Option<SpatialSplit> = None;
-    for axis in 0..3 {
-        if grid.inverse_width[axis] == 0.0 {
-            continue;
-        }
-        let bins = &slabs[axis];
-
-        // From the right: what lies above each plane.
-        let mut costs_above = [0.0; BINS];
-        let (mut above, mut count) = (LaneBox::EMPTY, 0);
-        for bin in (1..BINS).rev() {
-            above.widen(&bins.boxes[bin]);
-            count += bins.ends[bin] as usize;
-            costs_above[bin] = above.bounds().half_area() * blocks(count);
-        }
-
-        // From the left: what lies below, and the sum.
-        let (mut below, mut count) = (LaneBox::EMPTY, 0);
-        for bin in 1..BINS {
-            below.widen(&bins.boxes[bin - 1]);
-            count += bins.starts[bin - 1] as usize;
-            let cost = below.bounds().half_area() * blocks(count) + costs_above[bin];
-            let position = grid.plane(axis, bin);
-            let cuts = cell.min[axis] < position && position < cell.max[axis];
-            if cuts && cheapest.is_none_or(|best| cost < best.cost) {
-                cheapest = Some(SpatialSplit { axis, position, cost });
-            }
+    /// Counts a reference that reaches from slab `first` to slab `last`.
+    #[inline(always)]
+    fn count(&mut self, whole: &LaneBox, slabs: &[LaneBox; BINS], first: u32, last: u32) {
+        // As is known of them already; said again, for the sake of the checks of indices.
+        let (first, last) = (first as usize % BINS, last as usize % BINS);
+        self.starts[first] += 1;
+        self.ends[last] += 1;
+        self.heads[first].widen(&whole.intersection(&slabs[first]));
+        self.tails[last].widen(&whole.intersection(&slabs[last]));
+        for bin in first + 1..last {
+            self.tails[bin].widen(&whole.intersection(&slabs[bin]));
         }
     }
-    cheapest
+
+    /// What lies in a slab.
+    #[inline(always)]
+    fn part(&self, bin: usize) -> LaneBox {
+        let mut part = self.heads[bin];
+        part.widen(&self.tails[bin]);
+        part
+    }
+
+    fn merge(&mut self, other: &Filled<BINS>) {
+        for bin in 0..BINS {
+            self.heads[bin].widen(&other.heads[bin]);
+            self.tails[bin].widen(&other.tails[bin]);
+            self.starts[bin] += other.starts[bin];
+            self.ends[bin] += other.ends[bin];
+        }
+    }
+}
+
+/// Counts references in the slabs.
+struct Fill<'a, const BINS: usize> {
+    references: &'a [Reference],
+    grid: &'a Grid<BINS>,
+    axes: &'a mut [Filled<BINS>; 3],
+}
+
+impl<const BINS: usize> Job for Fill<'_, BINS> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<S: Simd>(self, _: S) {
+        let slabs = &self.grid.slabs;
+        let [x, y, z] = self.axes;
+        for reference in self.references {
+            let whole = reference.lanes();
+            let bins = self.grid.bins(&whole);
+            x.count(&whole, &slabs[0], bins[0], bins[UPPER]);
+            y.count(&whole, &slabs[1], bins[1], bins[UPPER + 1]);
+            z.count(&whole, &slabs[2], bins[2], bins[UPPER + 2]);
+        }
+    }
+}
+
+/// Finds the cheapest plane between the slabs.
+struct Sweep<'a, const BINS: usize> {
+    cell: &'a Bounds,
+    grid: &'a Grid<BINS>,
+    axes: &'a [Filled<BINS>; 3],
+}
+
+impl<const BINS: usize> Job for Sweep<'_, BINS> {
+    type Output = Option<SpatialSplit>;
+
+    #[inline(always)]
+    fn run<S: Simd>(self, _: S) -> Option<SpatialSplit> {
+        let Sweep { cell, grid, axes } = self;
+        let mut cheapest: Option<SpatialSplit> = None;
+        for axis in 0..3 {
+            if !grid.divides[axis] {
+                continue;
+            }
+            let filled = &axes[axis];
+
+            // From the right: what lies above each plane.
+            let mut costs_above = [0.0; BINS];
+            let (mut above, mut count) = (LaneBox::EMPTY, 0);
+            for bin in (1..BINS).rev() {
+                above.widen(&filled.part(bin));
+                count += filled.ends[bin] as usize;
+                costs_above[bin] = above.half_area() * blocks(count);
+            }
+
+            // From the left: what lies below, and the sum.
+            let (mut below, mut count) = (LaneBox::EMPTY, 0);
+            for bin in 1..BINS {
+                below.widen(&filled.part(bin - 1));
+                count += filled.starts[bin - 1] as usize;
+                let cost = below.half_area() * blocks(count) + costs_above[bin];
+                let position = grid.plane(axis, bin);
+                let cuts = cell.min[axis] < position && position < cell.max[axis];
+                if cuts && cheapest.is_none_or(|best| cost < best.cost) {
+                    cheapest = Some(SpatialSplit { axis, position, cost });
+                }
+            }
+        }
+        cheapest
+    }
+}
+
+/// The cheapest plane across a cell between `BINS` slabs, or `None` if the cell cannot be cut. Of
+/// equal ones the first in the order of axes and positions.
+pub fn cheapest_plane<const BINS: usize>(
+    references: &[Reference],
+    cell: &Bounds,
+    level: Level,
+) -> Option<SpatialSplit> {
+    let grid = Grid::<BINS>::over(cell);
+    let fill = |references: &[Reference]| {
+        let mut axes = [Filled::EMPTY; 3];
+        level.run(Fill { references, grid: &grid, axes: &mut axes });
+        axes
+    };
+    let axes = if references.len() > PARALLEL_REFERENCES {
+        // Minima, maxima and counts are the same in whatever order threads merge them.
+        references.par_chunks(PARALLEL_REFERENCES / 4).map(fill).reduce(
+            || [Filled::EMPTY; 3],
+            |mut all, others| {
+                all.iter_mut().zip(&others).for_each(|(one, other)| one.merge(other));
+                all
+            },
+        )
+    } else {
+        fill(references)
+    };
+    level.run(Sweep { cell, grid: &grid, axes: &axes })
 }

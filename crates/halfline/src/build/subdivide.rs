@@ -2,19 +2,27 @@
 
 use std::sync::atomic::{AtomicU64, Ordering};
 
+use rayon::prelude::*;
+
+use super::built::{Built, Counts, Subtree};
+use super::coarse_grid::{GridCell, sort_into_cells};
 use super::collapse::collapse;
-use super::object_split::{divide_into_groups, halve};
+use super::lane_box::{Extent, LaneBox};
+use super::object_split::{Groups, Item, divide_into_groups, groups_within, halve};
 use super::parameters::BuildParameters;
-use super::partition::cut;
-use super::reference::{Reference, bounds_of, references_of};
-use super::spatial_split::{blocks, cheapest_plane};
+use super::partition::{cut, share_out};
+use super::reference::{Reference, Skipped, Slots, extent_of_all, references_of};
+use super::spatial_split::{SpatialSplit, blocks, cheapest_plane};
 use crate::error::{Error, Result};
+use crate::geometry::NO_FACE;
 use crate::io::advise_huge_pages;
 use crate::mesh::Mesh;
 use crate::numeric::Frame;
 use crate::progress::{Observer, Stage};
+use crate::simd::Level;
 use crate::tree::{
-    BLOCK_SIZE, Bounds, Children, FacesOnLine, KdTree, LeafBlocks, MAX_DEPTH, Node, Split,
+    BLOCK_SIZE, Bounds, Children, FacesOnLine, KdTree, LeafBlocks, LeafFaces, MAX_DEPTH, Node,
+    Split,
 };
 
 /// Planes are used down to this level only. A kd-tree of 2^30 triangles needs half as many.
@@ -31,207 +39,306 @@ const STEP_COST: f32 = 1.0 / 3.0;
 /// Subtrees of more references than this are built by several threads.
 const PARALLEL_REFERENCES: usize = 1 << 13;
 
+/// Among so few, half as many planes are as good.
+const FEW_REFERENCES: usize = 1 << 10;
+
+/// Where both are weighed, groups may cost this share of what a plane costs: their boxes overlap, and
+/// below them all the more. Measured; with 1, lines meet 2 % more nodes of a scan.
+const GROUPS_SHARE: f32 = 0.95;
+
+/// Bins in which cells of the grid are counted.
+const GRID_BINS: usize = 16;
+
 /// Builds the kd-tree over a mesh. The tree depends on the mesh and the parameters only, not on
-/// the number of threads.
+/// the number of threads, nor on the instruction set that it is built by.
 ///
 /// # Errors
 /// [`Error::Invalid`] for parameters out of range or a mesh of more than 2^29 triangles,
 /// [`Error::Interrupted`] if the observer asks for the end.
-pub fn build(mesh: &Mesh, parameters: &BuildParameters, observer: &dyn Observer) -> Result<KdTree> {
+pub fn build(
+    mesh: &Mesh,
+    parameters: &BuildParameters,
+    level: Level,
+    observer: &dyn Observer,
+) -> Result<KdTree> {
     parameters.check()?;
+    let triangles = mesh.triangle_count();
+    if triangles > Node::INDEX_LIMIT {
+        let reason = format!("a tree holds at most {} triangles", Node::INDEX_LIMIT);
+        return Err(Error::invalid("mesh", reason));
+    }
     let slots_for = |kept: usize| {
         let spare = (kept as f64 * parameters.spare_references) as usize;
         (kept + spare).min(Node::INDEX_LIMIT)
     };
-    if mesh.triangle_count() > Node::INDEX_LIMIT {
-        let reason = format!("a tree holds at most {} triangles", Node::INDEX_LIMIT);
-        return Err(Error::invalid("mesh", reason));
-    }
     let frame = Frame::around(&mesh.bounds());
+    let builder = Builder { mesh, frame, parameters, level, observer, done: 0.into() };
     observer.check()?;
-    let (mut slots, count, skipped) = references_of(mesh, &frame, slots_for);
-    observer.check()?;
-    let bounds = bounds_of(&slots[..count]);
-
-    let builder = Builder { mesh, frame, parameters, observer, total: count, done: 0.into() };
-    builder.report(0);
-    let built =
-        builder.subdivide(Cell { slots: &mut slots, count, bounds, depth: 0, cut: true })?;
-    drop(slots);
-
-    let mut children = Vec::with_capacity(built.children_count());
-    let mut references = Vec::with_capacity(built.reference_count());
-    advise_huge_pages(children.spare_capacity_mut());
-    advise_huge_pages(references.spare_capacity_mut());
-    let mut root = built.append_to(&mut children, &mut references);
-    let corners = root.bounds.min.into_iter().chain(root.bounds.max);
-    let reach = corners.fold(0.0, |reach: f32, x| reach.max(x.abs()));
-    let leaves = LeafBlocks::pack(mesh, &frame, &mut root, &mut children, &references);
-    let wide = collapse(root, &children, observer)?;
-    Ok(KdTree {
-        frame,
-        root,
-        children,
-        wide,
-        reach,
-        leaves,
-        references: references.len(),
-        on_line: FacesOnLine::new(mesh, &skipped.on_line),
-        skipped_zero_area: skipped.zero_area,
-        skipped_non_finite: skipped.non_finite,
-    })
+    let (built, skipped) = if parameters.coarse_grid {
+        let mut slots = Slots::new(triangles);
+        let (mut cells, skipped) = sort_into_cells(mesh, &frame, slots.as_mut());
+        let mut extent = Extent::EMPTY;
+        cells.iter().for_each(|cell| extent.widen(&cell.extent));
+        (builder.build_from(Content::Grid(&mut cells), extent)?, skipped)
+    } else {
+        let mut slots = Slots::new(slots_for(triangles));
+        let skipped = references_of(mesh, &frame, slots.as_mut());
+        let count = triangles - skipped.count();
+        let slots = &mut slots.as_mut()[..slots_for(count)];
+        let extent = extent_of_all(&slots[..count], level);
+        (builder.build_from(Content::Space { slots, count }, extent)?, skipped)
+    };
+    builder.finish(built, &skipped)
 }
 
-/// A cell that is still to be divided, and the slots that belong to it.
+/// A cell that is still to be divided.
 struct Cell<'slots> {
-    slots: &'slots mut [Reference],
-    count: usize,
-    bounds: Bounds,
+    content: Content<'slots>,
+    extent: Extent,
     depth: usize,
-    /// False in a last cell and below: triangles are grouped, not cut.
-    cut: bool,
 }
 
-/// A finished part of the tree, with indices of its own.
-enum Built {
-    Subtree { root: Node, children: Vec<Children>, references: Vec<u32> },
-    Divided { bounds: Bounds, split: Split, parts: Box<[Built; 2]> },
+/// What a cell holds.
+enum Content<'slots> {
+    /// References at the start of the slots that belong to it; may be cut by a plane.
+    Space { slots: &'slots mut [Reference], count: usize },
+    /// The references of a last cell, or some of them: they are grouped, not cut.
+    Group(&'slots mut [Reference]),
+    /// Cells of the grid.
+    Grid(&'slots mut [GridCell<'slots>]),
+}
+
+impl Content<'_> {
+    fn count(&self) -> usize {
+        match self {
+            Content::Space { count, .. } => *count,
+            Content::Group(references) => references.len(),
+            Content::Grid(cells) => cells.iter().map(Item::triangles).sum(),
+        }
+    }
+
+    /// The faces of a cell that becomes a leaf.
+    fn faces(&self) -> LeafFaces {
+        let mut faces = [NO_FACE; BLOCK_SIZE];
+        let mut fill = |references: &mut dyn Iterator<Item = &Reference>| {
+            references.zip(&mut faces).for_each(|(reference, face)| *face = reference.face);
+        };
+        match self {
+            Content::Space { slots, count } => fill(&mut slots[..*count].iter()),
+            Content::Group(references) => fill(&mut references.iter()),
+            Content::Grid(cells) => fill(&mut cells.iter().flat_map(|c| c.references.iter())),
+        }
+        faces
+    }
 }
 
 struct Builder<'a> {
     mesh: &'a Mesh,
     frame: Frame,
     parameters: &'a BuildParameters,
+    level: Level,
     observer: &'a dyn Observer,
-    total: usize,
     done: AtomicU64,
 }
 
 impl Builder<'_> {
     fn report(&self, references: usize) {
         let done = self.done.fetch_add(references as u64, Ordering::Relaxed) + references as u64;
-        self.observer.report(Stage::Build, done.min(self.total as u64), self.total as u64);
+        let total = self.mesh.triangle_count() as u64;
+        self.observer.report(Stage::Build, done.min(total), total);
+    }
+
+    fn build_from(&self, content: Content, extent: Extent) -> Result<Built> {
+        self.observer.check()?;
+        self.report(0);
+        self.subdivide(Cell { content, extent, depth: 0 })
     }
 
     /// Builds the subtree of a cell, in parallel as long as it is large.
     fn subdivide(&self, cell: Cell) -> Result<Built> {
         self.observer.check()?;
-        let bounds = cell.bounds;
-        if cell.count <= PARALLEL_REFERENCES {
-            let references = cell.count;
-            let mut children = Vec::new();
-            let mut faces = Vec::with_capacity(references + references / 4);
-            let root = self.subdivide_serially(cell, &mut children, &mut faces);
-            self.report(references);
-            return Ok(Built::Subtree { root, children, references: faces });
+        let count = cell.content.count();
+        if count <= PARALLEL_REFERENCES {
+            let mut subtree = Subtree {
+                children: Vec::with_capacity(count / 4),
+                leaves: Vec::with_capacity(count / 4),
+                references: 0,
+            };
+            let root = self.subdivide_serially(cell, &mut subtree);
+            self.report(count);
+            return Ok(Built::Subtree(root, subtree));
         }
+        let bounds = cell.extent.whole.bounds();
         let (split, first, second) = self.divide(cell);
         let (first, second) = rayon::join(|| self.subdivide(first), || self.subdivide(second));
         Ok(Built::Divided { bounds, split, parts: Box::new([first?, second?]) })
     }
 
-    fn subdivide_serially(
-        &self,
-        cell: Cell,
-        children: &mut Vec<Children>,
-        references: &mut Vec<u32>,
-    ) -> Node {
-        let bounds = cell.bounds;
-        if cell.count <= BLOCK_SIZE {
-            let first = references.len() as u32;
-            references.extend(cell.slots[..cell.count].iter().map(|r| r.face));
-            return Node::leaf(bounds, first, cell.count as u32);
+    fn subdivide_serially(&self, cell: Cell, subtree: &mut Subtree) -> Node {
+        let bounds = cell.extent.whole.bounds();
+        let count = cell.content.count();
+        if count <= BLOCK_SIZE {
+            let leaf = subtree.leaves.len() as u32;
+            subtree.leaves.push(cell.content.faces());
+            subtree.references += count;
+            return Node::leaf(bounds, leaf, count as u32);
         }
         let (split, first, second) = self.divide(cell);
-        let pair = children.len();
+        let pair = subtree.children.len();
         let placeholder = Node::leaf(Bounds::EMPTY, 0, 0);
-        children.push(Children([placeholder; 2]));
-        let first = self.subdivide_serially(first, children, references);
-        let second = self.subdivide_serially(second, children, references);
-        children[pair] = Children([first, second]);
+        subtree.children.push(Children([placeholder; 2]));
+        let first = self.subdivide_serially(first, subtree);
+        let second = self.subdivide_serially(second, subtree);
+        subtree.children[pair] = Children([first, second]);
         Node::inner(bounds, pair as u32, split)
     }
 
     /// Divides a cell of more than one block in two: by a plane if that pays and there is room
     /// for the references that it adds, else into groups.
     fn divide<'slots>(&self, cell: Cell<'slots>) -> (Split, Cell<'slots>, Cell<'slots>) {
-        let Cell { slots, count, bounds, depth, cut: may_cut } = cell;
+        let Cell { content, extent, depth } = cell;
         let depth = depth + 1;
-        if may_cut && count > self.parameters.last_cell_triangles && depth <= PLANE_DEPTH {
-            let whole = bounds.half_area() * (blocks(count) - STEP_COST);
-            let plane = cheapest_plane(&slots[..count], &bounds).filter(|s| s.cost < whole);
-            let corners_of = |face| self.mesh.corners(face).map(|corner| self.frame.point(corner));
-            let cut_here =
-                plane.and_then(|s| Some((s, cut(slots, count, s.axis, s.position, corners_of)?)));
-            if let Some((plane, sides)) = cut_here {
-                let (below, above) = slots.split_at_mut(sides.second_start);
-                let side = |slots, i: usize| Cell {
-                    slots,
-                    count: sides.counts[i],
-                    bounds: sides.bounds[i],
-                    depth,
-                    cut: true,
+        let references = match content {
+            Content::Space { slots, count } => match self.cut(slots, count, &extent, depth) {
+                Ok(parts) => return parts,
+                Err(references) => references,
+            },
+            Content::Group(references) => references,
+            Content::Grid([cell]) => std::mem::take(&mut cell.references),
+            Content::Grid(cells) => {
+                // Below this level halving leaves single cells soon enough for groups by cost.
+                let groups = if depth <= PLANE_DEPTH {
+                    divide_into_groups::<_, GRID_BINS>(cells, &centers_of(cells), self.level)
+                } else {
+                    halve(cells)
                 };
-                let split = Split::Plane { axis: plane.axis, position: plane.position };
-                return (split, side(below, 0), side(above, 1));
+                return grouped(cells, groups, depth, Content::Grid);
             }
-        }
-
-        let groups = if depth <= COST_DEPTH {
-            divide_into_groups(&mut slots[..count])
+        };
+        let groups = if depth > COST_DEPTH {
+            halve(references)
         } else {
-            halve(&slots[..count])
+            let divide = match self.parameters.group_bins {
+                8 => divide_into_groups::<_, 8>,
+                16 => divide_into_groups::<_, 16>,
+                _ => divide_into_groups::<_, 32>,
+            };
+            divide(references, &extent.centers, self.level)
         };
-        let (first, second) = slots[..count].split_at_mut(groups.first_count);
-        let group = |slots: &'slots mut [Reference]| Cell {
-            count: slots.len(),
-            bounds: bounds_of(slots),
-            slots,
+        grouped(references, groups, depth, Content::Group)
+    }
+
+    /// Divides a cell whose parts may be divided likewise; its references, if that does not pay or is
+    /// not possible.
+    fn cut<'slots>(
+        &self,
+        slots: &'slots mut [Reference],
+        count: usize,
+        extent: &Extent,
+        depth: usize,
+    ) -> std::result::Result<(Split, Cell<'slots>, Cell<'slots>), &'slots mut [Reference]> {
+        if count <= self.parameters.last_cell_triangles || depth > PLANE_DEPTH {
+            return Err(&mut slots[..count]);
+        }
+        let bounds = extent.whole.bounds();
+        let whole = bounds.half_area() * (blocks(count) - STEP_COST);
+        let plane = self.cheapest_plane(&slots[..count], &bounds).filter(|s| s.cost < whole);
+        let corners_of = |face| {
+            // Written out, since the compiler leaves array::map a call.
+            let [a, b, c] = self.mesh.corners(face);
+            [self.frame.point(a), self.frame.point(b), self.frame.point(c)]
+        };
+        let groups = self.parameters.weighs_groups.then(|| {
+            let limit = plane.map_or(whole, |plane| GROUPS_SHARE * plane.cost);
+            let groups_within = match self.parameters.group_bins {
+                8 => groups_within::<_, 8>,
+                16 => groups_within::<_, 16>,
+                _ => groups_within::<_, 32>,
+            };
+            groups_within(&mut slots[..count], limit, &extent.centers, self.level)
+        });
+        let divided = match (groups.flatten(), plane) {
+            (Some(Groups { axis, first_count, extents }), _) => {
+                Some((Split::Groups { axis }, share_out(slots, first_count, count, extents)))
+            }
+            (None, Some(SpatialSplit { axis, position, .. })) => {
+                cut(slots, count, axis, position, corners_of, self.level)
+                    .map(|sides| (Split::Plane { axis, position }, sides))
+            }
+            (None, None) => None,
+        };
+        let Some((split, sides)) = divided else { return Err(&mut slots[..count]) };
+        let (first, second) = slots.split_at_mut(sides.second_start);
+        let side = |slots, i: usize| Cell {
+            content: Content::Space { slots, count: sides.counts[i] },
+            extent: sides.extents[i],
             depth,
-            cut: false,
         };
-        (Split::Groups { axis: groups.axis }, group(first), group(second))
+        Ok((split, side(first, 0), side(second, 1)))
+    }
+
+    fn cheapest_plane(&self, references: &[Reference], cell: &Bounds) -> Option<SpatialSplit> {
+        let few = references.len() <= FEW_REFERENCES;
+        let cheapest_plane = match self.parameters.plane_bins {
+            16 => cheapest_plane::<16>,
+            32 if few => cheapest_plane::<16>,
+            32 => cheapest_plane::<32>,
+            _ => cheapest_plane::<64>,
+        };
+        cheapest_plane(references, cell, self.level)
+    }
+
+    /// The tree of what was built.
+    fn finish(&self, built: Built, skipped: &Skipped) -> Result<KdTree> {
+        let Counts { pairs, leaves, references } = built.counts();
+        let mut children = filled(pairs, Children([Node::leaf(Bounds::EMPTY, 0, 0); 2]));
+        let mut faces = filled(leaves, [NO_FACE; BLOCK_SIZE]);
+        let root = built.place(&mut children, &mut faces, 0, 0);
+        let corners = root.bounds.min.into_iter().chain(root.bounds.max);
+        let reach = corners.fold(0.0, |reach: f32, x| reach.max(x.abs()));
+        let (leaves, wide) = rayon::join(
+            || LeafBlocks::pack(self.mesh, &self.frame, &faces),
+            || collapse(root, &children, self.observer),
+        );
+        Ok(KdTree {
+            frame: self.frame,
+            root,
+            children,
+            wide: wide?,
+            reach,
+            leaves,
+            references,
+            on_line: FacesOnLine::new(self.mesh, &skipped.on_line),
+            skipped_zero_area: skipped.zero_area,
+            skipped_non_finite: skipped.non_finite,
+        })
     }
 }
 
-impl Built {
-    fn children_count(&self) -> usize {
-        match self {
-            Built::Subtree { children, .. } => children.len(),
-            Built::Divided { parts, .. } => {
-                1 + parts.iter().map(Built::children_count).sum::<usize>()
-            }
-        }
-    }
+/// Where the centres of cells' boxes are.
+fn centers_of(cells: &[GridCell]) -> LaneBox {
+    let mut extent = Extent::EMPTY;
+    cells.iter().for_each(|cell| extent.add(&cell.lanes()));
+    extent.centers
+}
 
-    fn reference_count(&self) -> usize {
-        match self {
-            Built::Subtree { references, .. } => references.len(),
-            Built::Divided { parts, .. } => parts.iter().map(Built::reference_count).sum(),
-        }
-    }
+/// The cells of two groups of items.
+fn grouped<'slots, I>(
+    items: &'slots mut [I],
+    groups: Groups,
+    depth: usize,
+    content: impl Fn(&'slots mut [I]) -> Content<'slots>,
+) -> (Split, Cell<'slots>, Cell<'slots>) {
+    let Groups { axis, first_count, extents } = groups;
+    let (first, second) = items.split_at_mut(first_count);
+    let cell = |items, extent| Cell { content: content(items), extent, depth };
+    (Split::Groups { axis }, cell(first, extents[0]), cell(second, extents[1]))
+}
 
-    /// Appends this part to the whole, depth first, and gives its root.
-    fn append_to(self, all_children: &mut Vec<Children>, all_references: &mut Vec<u32>) -> Node {
-        match self {
-            Built::Subtree { root, children, references } => {
-                let children_before = all_children.len() as u32;
-                let references_before = all_references.len() as u32;
-                let moved = |node: Node| node.moved(children_before, references_before);
-                all_children.extend(children.iter().map(|pair| Children(pair.0.map(moved))));
-                all_references.extend_from_slice(&references);
-                moved(root)
-            }
-            Built::Divided { bounds, split, parts } => {
-                let pair = all_children.len();
-                let placeholder = Node::leaf(Bounds::EMPTY, 0, 0);
-                all_children.push(Children([placeholder; 2]));
-                let [first, second] = *parts;
-                let first = first.append_to(all_children, all_references);
-                let second = second.append_to(all_children, all_references);
-                all_children[pair] = Children([first, second]);
-                Node::inner(bounds, pair as u32, split)
-            }
-        }
-    }
+/// An array that all threads have filled, and so found memory for.
+fn filled<T: Copy + Send + Sync>(count: usize, item: T) -> Vec<T> {
+    let mut items = Vec::with_capacity(count);
+    advise_huge_pages(items.spare_capacity_mut());
+    (0..count).into_par_iter().with_min_len(1 << 12).map(|_| item).collect_into_vec(&mut items);
+    items
 }

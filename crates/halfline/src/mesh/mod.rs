@@ -56,7 +56,7 @@ impl Positions {
     }
 
     /// The coordinates of vertex `index`; exact, for single precision widens without rounding.
-    #[inline]
+    #[inline(always)]
     pub fn get(&self, index: usize) -> Vec3 {
         match self {
             Positions::F32(p) => p[index].into(),
@@ -142,7 +142,7 @@ impl Mesh {
     ///
     /// # Panics
     /// If there is no triangle `index`: [`NO_FACE`](crate::geometry::NO_FACE), of a miss, is none.
-    #[inline]
+    #[inline(always)]
     pub fn corners(&self, index: u32) -> [Vec3; 3] {
         let [a, b, c] = self.triangles[index as usize];
         [

@@ -59,11 +59,13 @@ impl Frame {
     }
 
     /// A point in the frame, each coordinate with a relative error of at most one rounding.
+    #[inline]
     pub fn point(&self, p: Vec3) -> Vec3 {
         (p - self.offset) * self.scale
     }
 
     /// The largest single-precision number not above the frame coordinate of `x`.
+    #[inline]
     pub fn lower(&self, x: f64, axis: usize) -> f32 {
         let (difference, error) = two_difference(x, self.offset[axis]);
         let scaled = difference * self.scale;
@@ -72,6 +74,7 @@ impl Frame {
     }
 
     /// The smallest single-precision number not below the frame coordinate of `x`.
+    #[inline]
     pub fn upper(&self, x: f64, axis: usize) -> f32 {
         let (difference, error) = two_difference(x, self.offset[axis]);
         let scaled = difference * self.scale;
@@ -87,12 +90,14 @@ impl Frame {
 }
 
 /// The largest single-precision number not above `x`.
+#[inline]
 pub fn round_down(x: f64) -> f32 {
     let nearest = x as f32;
     if f64::from(nearest) > x { nearest.next_down() } else { nearest }
 }
 
 /// The smallest single-precision number not below `x`.
+#[inline]
 pub fn round_up(x: f64) -> f32 {
     let nearest = x as f32;
     if f64::from(nearest) < x { nearest.next_up() } else { nearest }

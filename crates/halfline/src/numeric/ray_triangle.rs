@@ -390,6 +390,7 @@ pub fn is_nearer(hit: &Hit, than: &Hit) -> bool {
 }
 
 /// True if the triangle's corners, which are finite, lie on one line, exactly.
+#[inline]
 pub fn is_zero_area([a, b, c]: [Vec3; 3]) -> bool {
     // A certain component of the normal in doubles settles nearly every triangle.
     let (ab, ac) = (b - a, c - a);

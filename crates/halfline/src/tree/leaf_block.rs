@@ -1,9 +1,11 @@
 //! The triangles of a leaf, side by side in memory.
 
+use std::sync::atomic::{AtomicBool, Ordering};
+
 use bytemuck::{Pod, Zeroable};
 use rayon::prelude::*;
 
-use super::{BLOCK_SIZE, Children, Node, NodeKind};
+use super::BLOCK_SIZE;
 use crate::geometry::{NO_FACE, Vec3, vec3};
 use crate::mesh::Mesh;
 use crate::numeric::{CornerLanes, Frame};
@@ -24,20 +26,29 @@ pub struct LeafBlock {
     pub faces: [u32; BLOCK_SIZE],
 }
 
+/// The faces of a leaf, then [`NO_FACE`].
+pub type LeafFaces = [u32; BLOCK_SIZE];
+
 impl LeafBlock {
-    fn of(mesh: &Mesh, frame: &Frame, faces: &[u32]) -> LeafBlock {
-        let mut block = LeafBlock { faces: [NO_FACE; BLOCK_SIZE], ..LeafBlock::zeroed() };
-        block.faces[..faces.len()].copy_from_slice(faces);
-        for lane in 0..BLOCK_SIZE {
-            let Some(&face) = faces.get(lane).or(faces.first()) else { break };
-            for (number, corner) in mesh.corners(face).into_iter().enumerate() {
-                let corner = frame.point(corner);
-                for axis in 0..3 {
-                    block.corners[number][axis][lane] = corner[axis] as f32;
-                }
-            }
+    /// The block of a leaf, and whether it gives the user's corners exactly.
+    fn of(mesh: &Mesh, frame: &Frame, faces: &LeafFaces) -> (LeafBlock, bool) {
+        let mut block = LeafBlock { faces: *faces, ..LeafBlock::zeroed() };
+        let mut is_exact = true;
+        if faces[0] == NO_FACE {
+            return (block, is_exact);
         }
-        block
+        for lane in 0..BLOCK_SIZE {
+            let face = if faces[lane] == NO_FACE { faces[0] } else { faces[lane] };
+            let corners = mesh.corners(face);
+            for (number, &corner) in corners.iter().enumerate() {
+                let Vec3 { x, y, z } = frame.point(corner);
+                block.corners[number][0][lane] = x as f32;
+                block.corners[number][1][lane] = y as f32;
+                block.corners[number][2][lane] = z as f32;
+            }
+            is_exact &= block.user_corners(frame, lane) == corners;
+        }
+        (block, is_exact)
     }
 
     /// The corners of a triangle in user coordinates, as near as the block knows them.
@@ -49,10 +60,6 @@ impl LeafBlock {
             vec3(frame.to_user(x[lane], 0), frame.to_user(y[lane], 1), frame.to_user(z[lane], 2))
         };
         [corner(a), corner(b), corner(c)]
-    }
-
-    fn is_exact(&self, mesh: &Mesh, frame: &Frame, count: usize) -> bool {
-        (0..count).all(|lane| self.user_corners(frame, lane) == mesh.corners(self.faces[lane]))
     }
 }
 
@@ -68,36 +75,20 @@ pub struct LeafBlocks {
 }
 
 impl LeafBlocks {
-    /// Makes the blocks, and lets each leaf, which names a range of `references`, name its block.
-    pub fn pack(
-        mesh: &Mesh,
-        frame: &Frame,
-        root: &mut Node,
-        children: &mut [Children],
-        references: &[u32],
-    ) -> LeafBlocks {
-        // Number the leaves in the order of the nodes.
-        let mut ranges = Vec::new();
-        let nodes = children.iter_mut().flat_map(|pair| pair.0.iter_mut());
-        for node in std::iter::once(root).chain(nodes) {
-            if let NodeKind::Leaf { first, count } = node.kind() {
-                *node = Node::leaf(node.bounds, ranges.len() as u32, count);
-                ranges.push(first as usize..first as usize + count as usize);
-            }
-        }
-
-        // Fill the blocks, and see whether anything was lost.
-        let mut blocks = Vec::with_capacity(ranges.len());
+    /// Makes the blocks of leaves.
+    pub fn pack(mesh: &Mesh, frame: &Frame, leaves: &[LeafFaces]) -> LeafBlocks {
+        let mut blocks = Vec::with_capacity(leaves.len());
         crate::io::advise_huge_pages(blocks.spare_capacity_mut());
-        ranges
-            .par_iter()
-            .map(|range| LeafBlock::of(mesh, frame, &references[range.clone()]))
-            .collect_into_vec(&mut blocks);
-        let are_exact = blocks
-            .par_iter()
-            .zip(&ranges)
-            .all(|(block, range)| block.is_exact(mesh, frame, range.len()));
-        LeafBlocks { blocks, are_exact }
+        let are_exact = AtomicBool::new(true);
+        let pack = |faces: &LeafFaces| {
+            let (block, is_exact) = LeafBlock::of(mesh, frame, faces);
+            if !is_exact {
+                are_exact.store(false, Ordering::Relaxed);
+            }
+            block
+        };
+        leaves.par_iter().with_min_len(64).map(pack).collect_into_vec(&mut blocks);
+        LeafBlocks { blocks, are_exact: are_exact.into_inner() }
     }
 
     /// The corners of the triangle in a lane of `block`, as the user gave them.

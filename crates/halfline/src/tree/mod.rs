@@ -8,7 +8,7 @@ mod statistics;
 mod wide_node;
 
 pub use bounds::Bounds;
-pub use leaf_block::{LeafBlock, LeafBlocks};
+pub use leaf_block::{LeafBlock, LeafBlocks, LeafFaces};
 pub use node::{Children, Node, NodeKind, Split};
 pub use on_line::FacesOnLine;
 pub use statistics::TreeStatistics;

@@ -35,7 +35,7 @@ impl Split {
 pub enum NodeKind {
     /// Some triangles.
     Leaf {
-        /// Index of the leaf's block; while the tree is built, of its first reference.
+        /// Index of the leaf's block.
         first: u32,
         /// Number of triangles.
         count: u32,
@@ -108,10 +108,10 @@ impl Node {
     }
 
     /// The same node with its index moved, for a subtree that is appended to others.
-    pub fn moved(self, children_before: u32, references_before: u32) -> Node {
+    pub fn moved(self, children_before: u32, leaves_before: u32) -> Node {
         match self.kind() {
             NodeKind::Leaf { first, count } => {
-                Node::leaf(self.bounds, first + references_before, count)
+                Node::leaf(self.bounds, first + leaves_before, count)
             }
             NodeKind::Inner { children, split } => {
                 Node::inner(self.bounds, children + children_before, split)

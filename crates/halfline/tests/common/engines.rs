@@ -1,6 +1,6 @@
 //! Every engine under trial, and what they answer.
 
-use halfline::build::BuildParameters;
+use halfline::build::{BuildParameters, Preset};
 use halfline::mesh::Positions;
 use halfline::progress::Silent;
 use halfline::simd::Level;
@@ -12,13 +12,12 @@ use halfline::{Hit, Mesh, Ray, Scene, SingleRay, brute_force};
 
 use super::contact::{Answers, Case};
 
-/// How trees are built in the tests: with many planes, as by default, and with none.
+/// How trees are built in the tests: with many planes, with none, and as each preset has it.
 pub fn build_variants() -> Vec<BuildParameters> {
-    vec![
-        BuildParameters { last_cell_triangles: 1, spare_references: 16.0 },
-        BuildParameters::default(),
-        BuildParameters { last_cell_triangles: 8, spare_references: 0.0 },
-    ]
+    let balanced = BuildParameters::default();
+    let many = BuildParameters { last_cell_triangles: 1, spare_references: 16.0, ..balanced };
+    let none = BuildParameters { last_cell_triangles: 8, spare_references: 0.0, ..balanced };
+    [many, none].into_iter().chain(Preset::ALL.map(BuildParameters::preset)).collect()
 }
 
 pub fn by_brute_force(mesh: &Mesh, ray: &Ray) -> Answers {

@@ -24,7 +24,7 @@ pub fn run(options: &Options, session: Session) -> Result<(), Failure> {
     let (mesh, load_seconds) = session.load(&options.mesh)?;
     let triangles = mesh.triangle_count() as u64;
     let (scene, build_seconds) =
-        session.timed(Stage::Build, |observer| halfline::Scene::build(mesh, observer))?;
+        session.timed(Stage::Build, |observer| options.tree.build(mesh, observer))?;
     let (rendering, trace_seconds) = session
         .timed(Stage::Trace, |observer| halfline_render::render(&scene, &settings, observer))?;
     let write_seconds = write(&options.output, &rendering, &session)?;
@@ -44,6 +44,7 @@ pub fn run(options: &Options, session: Session) -> Result<(), Failure> {
     tell("shading", json!(settings.shading.name()));
     tell("samples", json!(settings.samples));
     tell("seed", json!(settings.seed));
+    tell("preset", json!(options.tree.name()));
     tell("coverage", json!(rendering.coverage()));
     tell("rays", json!(rays.total()));
     tell(
@@ -71,7 +72,7 @@ pub fn run(options: &Options, session: Session) -> Result<(), Failure> {
         };
         table.row("load", units::seconds(load_seconds), note);
         table.skipped(zero_area, non_finite);
-        table.row("build", units::seconds(build_seconds), "");
+        table.row("build", units::seconds(build_seconds), options.tree.name());
         let note = format!(
             "{}rays, {}rays/s",
             units::metric(rays.total() as f64),

@@ -11,6 +11,7 @@ use halfline_render::{
 };
 
 use crate::failure::Failure;
+use crate::tree_options::TreeOptions;
 use crate::{output, values};
 
 const EXAMPLES: &str = "\
@@ -50,6 +51,10 @@ pub struct Options {
     /// Chooses among equally good random numbers
     #[arg(long, value_name = "N", default_value_t = 0)]
     seed: u64,
+
+    /// How the tree is built.
+    #[command(flatten)]
+    pub tree: TreeOptions,
 
     #[command(flatten)]
     camera: CameraOptions,
