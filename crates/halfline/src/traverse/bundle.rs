@@ -14,7 +14,9 @@
 
 use std::ops::Range;
 
-use super::cast::{Asked, Batch, Candidates, Cast, Decision, Found, LookAgain, Pairs, RayState};
+use super::cast::{
+    Asked, Batch, Candidates, Cast, Decision, Found, LookAgain, Pairs, RayState, Second,
+};
 use super::leaf_kernel::{Beam, test_group, test_lane};
 use super::query::{Query, Shortcut};
 use super::queue::Memory;
@@ -433,7 +435,6 @@ impl<B: Batch> Cast<'_, B> {
         memory: Memory,
         bundle: &mut Bundle<B::Query>,
         part: &Range<usize>,
-        ended: &mut Pairs,
     ) -> Mask {
         let tree = self.tree;
         for group in part.clone() {
@@ -493,7 +494,7 @@ impl<B: Batch> Cast<'_, B> {
         if bundle.waiting == 0 {
             alive = 0;
         }
-        self.finish_bundle(simd, bundle, rays_of(part) & !alive, ended);
+        self.finish_bundle(simd, bundle, rays_of(part) & !alive);
         alive
     }
 
@@ -577,11 +578,12 @@ impl<B: Batch> Cast<'_, B> {
                 rest &= rest - 1;
                 let verdict = test_group(
                     simd,
-                    &bundle.groups[group].columns,
+                    (&bundle.groups[group].columns, lanes),
                     &bundle.limits[group],
                     bundle.axes,
                     (&block.corners, triangle),
                 );
+                let Some(verdict) = verdict else { continue };
                 let mut open = verdict.candidates & lanes;
                 if open == 0 {
                     continue;
@@ -644,11 +646,13 @@ impl<B: Batch> Cast<'_, B> {
         open: u32,
     ) -> u32 {
         let face = self.tree.leaves.blocks[index].faces[triangle];
-        let mut pairs = Pairs::none();
-        for lane in 0..LANES {
-            let number = bundle.first + group * LANES + lane;
-            pairs.push(number, face, (index as u32, triangle as u32));
-        }
+        let pairs = Pairs {
+            numbers: numbers_from(bundle.first + group * LANES),
+            faces: [face; LANES],
+            blocks: [index as u32; LANES],
+            triangles: [triangle as u32; LANES],
+            lanes: open,
+        };
         let look = simd.apart(LookAgain { cast: self, pairs: &pairs });
         let (mut rest, mut done) = (open, 0);
         while rest != 0 {
@@ -659,8 +663,10 @@ impl<B: Batch> Cast<'_, B> {
             let mut asked = bundle.asked(ray, &mut found, &mut limit);
             let decision = &mut bundle.decisions[ray];
             decision.is_told = bundle.told >> ray & 1 == 1;
-            if self.decide_again(&mut asked, decision, (&look, lane), (index, triangle)) {
-                self.decide_exactly(asked, decision, index, 1 << triangle);
+            let place = (index, triangle);
+            let second = self.decide_again(&mut asked, decision, (&look, lane), place);
+            if second != Second::Certain {
+                self.decide_rest(simd, asked, decision, second, place);
             }
             let is_done = decision.is_done();
             bundle.take(ray, found, limit, is_done);
@@ -695,29 +701,25 @@ impl<B: Batch> Cast<'_, B> {
 
     /// Takes the answers of rays that are at their end.
     #[inline(always)]
-    fn finish_bundle<S: Simd>(
-        &mut self,
-        simd: S,
-        bundle: &mut Bundle<B::Query>,
-        mask: Mask,
-        ended: &mut Pairs,
-    ) {
+    fn finish_bundle<S: Simd>(&mut self, simd: S, bundle: &mut Bundle<B::Query>, mask: Mask) {
         let mut rest = mask;
         if B::Query::SHORTCUT == Shortcut::Nearest {
-            let decided = bundle.decided & bundle.told;
-            rest &= !decided;
-            while rest != 0 {
-                let ray = rest.trailing_zeros() as usize % RAYS;
-                rest &= rest - 1;
-                let Found { face, place, .. } = bundle.found(ray / LANES, ray % LANES);
-                if face != NO_FACE {
-                    ended.push(bundle.first + ray, face, place);
-                    if ended.is_full() {
-                        self.finish_ended(simd, ended);
-                    }
+            for group in 0..GROUPS {
+                let lanes = lanes_of(mask & !bundle.told, group);
+                let lanes = lanes & !simd.words_equal(&bundle.faces[group], NO_FACE);
+                if lanes == 0 {
+                    continue;
                 }
+                let pairs = Pairs {
+                    numbers: numbers_from(bundle.first + group * LANES),
+                    faces: bundle.faces[group],
+                    blocks: bundle.blocks[group],
+                    triangles: bundle.triangles[group],
+                    lanes,
+                };
+                self.finish_pairs(simd, &pairs);
             }
-            rest = mask & bundle.decided;
+            rest &= bundle.decided;
             while rest != 0 {
                 let ray = rest.trailing_zeros() as usize % RAYS;
                 rest &= rest - 1;
@@ -765,6 +767,16 @@ impl<Q: Query> Bundle<Q> {
         self.decided |= Mask::from(decision.is_prepared()) << ray;
         self.told = self.told & !(1 << ray) | Mask::from(decision.is_told) << ray;
     }
+}
+
+/// Eight numbers in a row.
+#[inline(always)]
+fn numbers_from(first: usize) -> [usize; LANES] {
+    let mut numbers = [first; LANES];
+    for lane in 0..LANES {
+        numbers[lane] += lane;
+    }
+    numbers
 }
 
 /// A bit for each number that is not this one.

@@ -286,8 +286,8 @@ impl<B: Batch> Cast<'_, B> {
         }
     }
 
-    /// Takes what double precision is certain of. Returns true if it is not, about the triangle in a lane
-    /// of the leaf whose block has this index.
+    /// Takes what double precision is certain of about the triangle in a lane of the leaf whose block has
+    /// this index.
     #[inline(always)]
     pub fn decide_again(
         &self,
@@ -295,34 +295,78 @@ impl<B: Batch> Cast<'_, B> {
         decision: &mut Decision<B::Query>,
         (look, pair): (&SecondLook, usize),
         (index, lane): (usize, usize),
-    ) -> bool {
+    ) -> Second {
         if look.missed >> pair & 1 == 1 {
-            return false;
+            return Second::Certain;
         }
         if look.hit >> pair & 1 == 0 {
-            return true;
+            return Second::Open;
         }
-        match B::Query::SHORTCUT {
-            Shortcut::None => true,
-            Shortcut::Any => {
-                decision.settle_any();
-                false
-            }
-            Shortcut::Nearest => {
-                let face = self.tree.leaves.blocks[index].faces[lane];
-                let low = ray.parameter.lower(look.low[pair]);
-                let high = ray.parameter.limit(look.high[pair]);
-                if face == ray.found.face || low > *ray.limit {
-                    return false;
-                }
-                if high < ray.found.low {
-                    *ray.found = Found { face, low, place: (index as u32, lane as u32) };
-                    *ray.limit = high;
-                    decision.is_told = false;
-                    return false;
-                }
-                true
-            }
+        if B::Query::SHORTCUT == Shortcut::Any {
+            decision.settle_any();
+            return Second::Certain;
+        }
+        let face = self.tree.leaves.blocks[index].faces[lane];
+        let low = ray.parameter.lower(look.low[pair]);
+        let high = ray.parameter.limit(look.high[pair]);
+        if face == ray.found.face || low > *ray.limit {
+            return Second::Certain;
+        }
+        if high < ray.found.low {
+            *ray.found = Found { face, low, place: (index as u32, lane as u32) };
+            *ray.limit = high;
+            decision.is_told = false;
+            return Second::Certain;
+        }
+        Second::Tied
+    }
+
+    /// Finds out which of two triangles a ray hits first, the nearest so far or one that it hits as well.
+    /// Returns false if that is still open.
+    #[inline(always)]
+    fn break_tie<S: Simd>(
+        &self,
+        simd: S,
+        ray: &mut Asked,
+        decision: &mut Decision<B::Query>,
+        (index, lane): (usize, usize),
+    ) -> bool {
+        let face = self.tree.leaves.blocks[index].faces[lane];
+        let mut pairs = Pairs::none();
+        pairs.push(ray.number, ray.found.face, ray.found.place);
+        pairs.push(ray.number, face, (index as u32, lane as u32));
+        let (t, known) = simd.apart(Parameters { cast: self, pairs: &pairs });
+        if known & 3 != 3 {
+            return false;
+        }
+        // Both are what exact arithmetic gives, rounded; of equal ones the lower face comes first.
+        if t[1] < t[0] || (t[1] == t[0] && face < ray.found.face) {
+            let (low, high) = (ray.parameter.lower(t[1]), ray.parameter.limit(t[1]));
+            *ray.found = Found { face, low, place: (index as u32, lane as u32) };
+            *ray.limit = high;
+            decision.is_told = false;
+        }
+        true
+    }
+
+    /// Decides a triangle about which double precision said so much.
+    #[inline(always)]
+    pub fn decide_rest<S: Simd>(
+        &self,
+        simd: S,
+        mut ray: Asked,
+        decision: &mut Decision<B::Query>,
+        second: Second,
+        (index, lane): (usize, usize),
+    ) {
+        let is_told = decision.is_told && ray.found.face != NO_FACE;
+        let is_decided = match second {
+            Second::Certain => true,
+            Second::Tied if !is_told => self.break_tie(simd, &mut ray, decision, (index, lane)),
+            Second::Tied | Second::Open => false,
+        };
+        if !is_decided && !decision.is_done() {
+            self.decide_exactly(ray, decision, index, 1 << lane);
         }
     }
 
@@ -342,7 +386,7 @@ impl<B: Batch> Cast<'_, B> {
             return decision.is_done();
         }
         let faces = &self.tree.leaves.blocks[index].faces;
-        let (mut pairs, mut rest, mut exact) = (Pairs::none(), open, 0);
+        let (mut pairs, mut rest) = (Pairs::none(), open);
         while rest != 0 {
             let lane = rest.trailing_zeros();
             rest &= rest - 1;
@@ -352,13 +396,12 @@ impl<B: Batch> Cast<'_, B> {
             }
         }
         let look = simd.apart(LookAgain { cast: self, pairs: &pairs });
-        for pair in 0..pairs.count {
-            let lane = pairs.places[pair].1 as usize % LANES;
-            let is_open = self.decide_again(&mut ray, decision, (&look, pair), (index, lane));
-            exact |= u32::from(is_open) << lane;
-        }
-        if exact != 0 && !decision.is_done() {
-            self.decide_exactly(ray, decision, index, exact);
+        for pair in 0..pairs.lanes.count_ones() as usize {
+            let lane = pairs.triangles[pair % LANES] as usize % LANES;
+            let second = self.decide_again(&mut ray, decision, (&look, pair), (index, lane));
+            if second != Second::Certain {
+                self.decide_rest(simd, ray.again(), decision, second, (index, lane));
+            }
         }
         decision.is_done()
     }
@@ -419,9 +462,9 @@ impl<B: Batch> Cast<'_, B> {
     ) {
         let Found { face, place, .. } = ray.found;
         if B::Query::SHORTCUT == Shortcut::Nearest && face != NO_FACE && !decision.is_told {
-            ended.push(ray.number, face, place);
-            if ended.count == LANES {
-                self.finish_ended(simd, ended);
+            if ended.push(ray.number, face, place) {
+                self.finish_pairs(simd, ended);
+                ended.lanes = 0;
             }
             decision.restart();
         } else {
@@ -452,11 +495,11 @@ impl<B: Batch> Cast<'_, B> {
         if leaves.are_exact {
             let mut lanes = [[[0.0; LANES]; 3]; 3];
             for lane in 0..LANES {
-                let (index, triangle) = pairs.places[lane];
-                let block = &leaves.blocks[index as usize].corners;
+                let block = &leaves.blocks[pairs.blocks[lane] as usize].corners;
+                let triangle = pairs.triangles[lane] as usize % LANES;
                 for corner in 0..3 {
                     for axis in 0..3 {
-                        lanes[corner][axis][lane] = block[corner][axis][triangle as usize % LANES];
+                        lanes[corner][axis][lane] = block[corner][axis][triangle];
                     }
                 }
             }
@@ -469,7 +512,10 @@ impl<B: Batch> Cast<'_, B> {
             }
         } else {
             let mut lanes = [[[0.0; LANES]; 3]; 3];
-            for lane in 0..pairs.count.min(LANES) {
+            let mut rest = pairs.lanes;
+            while rest != 0 {
+                let lane = rest.trailing_zeros() as usize % LANES;
+                rest &= rest - 1;
                 let triangle = self.mesh.corners(pairs.faces[lane]);
                 for corner in 0..3 {
                     for axis in 0..3 {
@@ -486,48 +532,83 @@ impl<B: Batch> Cast<'_, B> {
         corners
     }
 
-    /// Takes the answers of rays that wait for the end of others.
+    /// Takes the answers of rays whose nearest hits are these.
     #[inline(always)]
-    pub fn finish_ended<S: Simd>(&mut self, simd: S, ended: &mut Pairs) {
-        let count = ended.count.min(LANES);
-        if count == 0 {
+    pub fn finish_pairs<S: Simd>(&mut self, simd: S, pairs: &Pairs) {
+        let mut rest = pairs.lanes;
+        if rest == 0 {
             return;
         }
-        let [a, b, c] = self.corner_lanes(simd, ended);
-        let rays = self.batch.gather(simd, &ended.numbers);
+        let [a, b, c] = self.corner_lanes(simd, pairs);
+        let rays = self.batch.gather(simd, &pairs.numbers);
         let lanes = [rays.origin, rays.direction, a, b, c];
         if B::ENDING == Ending::Single {
             let (t, certain) = single_parameters(simd, &lanes);
-            for lane in 0..count {
-                let (number, face) = (ended.numbers[lane], ended.faces[lane]);
+            while rest != 0 {
+                let lane = rest.trailing_zeros() as usize % LANES;
+                rest &= rest - 1;
                 if certain >> lane & 1 == 1 {
-                    self.batch.finish_single(number, t[lane], face);
+                    self.batch.finish_single(pairs.numbers[lane], t[lane], pairs.faces[lane]);
                 } else {
-                    self.finish_closely(number, face, ended.places[lane]);
+                    self.finish_closely(pairs, lane);
                 }
             }
         } else {
             let HitLanes { t, u, v, known } = hits(simd, &lanes);
-            for lane in 0..count {
-                let (number, face) = (ended.numbers[lane], ended.faces[lane]);
+            while rest != 0 {
+                let lane = rest.trailing_zeros() as usize % LANES;
+                rest &= rest - 1;
                 if known >> lane & 1 == 1 {
-                    let hit = Hit { t: t[lane], face, u: u[lane], v: v[lane] };
-                    self.batch.finish_double(number, hit);
+                    let hit = Hit { t: t[lane], face: pairs.faces[lane], u: u[lane], v: v[lane] };
+                    self.batch.finish_double(pairs.numbers[lane], hit);
                 } else {
-                    self.finish_closely(number, face, ended.places[lane]);
+                    self.finish_closely(pairs, lane);
                 }
             }
         }
-        ended.count = 0;
     }
 
     #[cold]
     #[inline(never)]
-    fn finish_closely(&mut self, number: usize, face: u32, place: (u32, u32)) {
+    fn finish_closely(&mut self, pairs: &Pairs, lane: usize) {
+        let (number, face) = (pairs.numbers[lane], pairs.faces[lane]);
+        let corners = self.corners_at((pairs.blocks[lane], pairs.triangles[lane]));
         let mut decision = Decision::<B::Query>::new();
         decision.prepared.set(&self.batch.ray(number));
-        decision.query.settle(face, self.corners_at(place));
+        decision.query.settle(face, corners);
         self.batch.finish(number, &decision.prepared, &mut decision.query);
+    }
+}
+
+/// What double precision says about a triangle and a ray.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub enum Second {
+    /// All that is to be known.
+    Certain,
+    /// It is hit, but whether before the nearest so far is open.
+    Tied,
+    /// Nothing for certain.
+    Open,
+}
+
+/// For rays and the triangles that they are known to hit, t.
+pub struct Parameters<'a, 'b, B> {
+    /// The batch.
+    pub cast: &'a Cast<'b, B>,
+    /// The rays, and a triangle for each.
+    pub pairs: &'a Pairs,
+}
+
+impl<B: Batch> Job for Parameters<'_, '_, B> {
+    /// t, and a bit for each that is known.
+    type Output = ([f64; LANES], u32);
+
+    #[inline(always)]
+    fn run<S: Simd>(self, simd: S) -> ([f64; LANES], u32) {
+        let [a, b, c] = self.cast.corner_lanes(simd, self.pairs);
+        let rays = self.cast.batch.gather(simd, &self.pairs.numbers);
+        let HitLanes { t, known, .. } = hits(simd, &[rays.origin, rays.direction, a, b, c]);
+        (t, known)
     }
 }
 
@@ -549,34 +630,40 @@ impl<B: Batch> Job for LookAgain<'_, '_, B> {
     }
 }
 
-/// Up to eight rays and a triangle for each.
+/// Up to eight rays and a triangle for each, by lane.
 pub struct Pairs {
-    numbers: [usize; LANES],
-    faces: [u32; LANES],
-    places: [(u32, u32); LANES],
-    /// How many there are.
-    pub count: usize,
+    /// Numbers of rays, in each lane that of one.
+    pub numbers: [usize; LANES],
+    /// Faces,
+    pub faces: [u32; LANES],
+    /// the blocks that they are in,
+    pub blocks: [u32; LANES],
+    /// and where in them.
+    pub triangles: [u32; LANES],
+    /// A bit for each lane that is in use.
+    pub lanes: u32,
 }
 
 impl Pairs {
     /// None yet.
     pub fn none() -> Pairs {
-        let (numbers, faces, places) = ([0; LANES], [NO_FACE; LANES], [(0, 0); LANES]);
-        Pairs { numbers, faces, places, count: 0 }
+        Pairs {
+            numbers: [0; LANES],
+            faces: [NO_FACE; LANES],
+            blocks: [0; LANES],
+            triangles: [0; LANES],
+            lanes: 0,
+        }
     }
 
-    /// Takes one more.
+    /// Takes one more. Returns true if there is no room for another one.
     #[inline(always)]
-    pub fn push(&mut self, number: usize, face: u32, place: (u32, u32)) {
-        let lane = self.count % LANES;
-        (self.numbers[lane], self.faces[lane], self.places[lane]) = (number, face, place);
-        self.count += 1;
-    }
-
-    /// True if there is no room for more.
-    #[inline(always)]
-    pub fn is_full(&self) -> bool {
-        self.count == LANES
+    pub fn push(&mut self, number: usize, face: u32, (block, triangle): (u32, u32)) -> bool {
+        let lane = self.lanes.count_ones() as usize % LANES;
+        (self.numbers[lane], self.faces[lane]) = (number, face);
+        (self.blocks[lane], self.triangles[lane]) = (block, triangle);
+        self.lanes |= 1 << lane;
+        lane == LANES - 1
     }
 }
 
@@ -590,4 +677,13 @@ pub struct Asked<'a> {
     pub found: &'a mut Found,
     /// Where it stops to matter.
     pub limit: &'a mut f32,
+}
+
+impl Asked<'_> {
+    /// The same ray once more.
+    #[inline(always)]
+    fn again(&mut self) -> Asked<'_> {
+        let Asked { number, parameter, found, limit } = self;
+        Asked { number: *number, parameter: *parameter, found, limit }
+    }
 }

@@ -77,15 +77,16 @@ pub fn test_lane<S: Simd>(
     judge(simd, &line, simd.splat(limit), &triangles(simd, axes, corners))
 }
 
-/// Holds eight rays, whose projections have these axes, against one triangle of a leaf.
+/// Holds some of eight rays, whose projections have these axes, against one triangle of a leaf. `None`
+/// if all of them miss it.
 #[inline(always)]
 pub fn test_group<S: Simd>(
     simd: S,
-    columns: &Columns,
+    (columns, lanes): (&Columns, u32),
     limits: &[f32; LANES],
     axes: [usize; 3],
     (corners, lane): (&CornerLanes, usize),
-) -> Verdict<S::Floats> {
+) -> Option<Verdict<S::Floats>> {
     let mut lines = [simd.splat(0.0); Columns::COUNT - Columns::SLOPE];
     for field in 0..lines.len() {
         lines[field] = columns.load(simd, Columns::SLOPE + field);
@@ -96,7 +97,12 @@ pub fn test_group<S: Simd>(
             triangle[corner][axis] = simd.splat(corners[corner][axes[axis]][lane]);
         }
     }
-    judge(simd, &lines, simd.load(limits), &triangle)
+    // Most triangles are missed by most groups: for them half of the work is enough.
+    let sides = sides(simd, &lines, &triangle);
+    if !sides.is_missed & lanes == 0 {
+        return None;
+    }
+    Some(place(simd, &lines, simd.load(limits), &triangle, &sides))
 }
 
 #[inline(always)]
@@ -119,13 +125,29 @@ fn judge<S: Simd>(
     limit: S::Floats,
     corners: &Corners<S>,
 ) -> Verdict<S::Floats> {
+    let sides = sides(simd, lines, corners);
+    place(simd, lines, limit, corners, &sides)
+}
+
+/// On which sides of a triangle's edges a line passes.
+struct Sides<F> {
+    edges: [F; 3],
+    error: F,
+    /// Bits for lines that miss it for certain,
+    is_missed: u32,
+    /// and for lines that pass through its inside for certain.
+    is_crossed: u32,
+}
+
+/// The first half of the kernel.
+#[inline(always)]
+fn sides<S: Simd>(simd: S, lines: &Lines<S>, corners: &Corners<S>) -> Sides<S::Floats> {
     // Project the corners along the line, which goes to the origin.
     let slope = [lines[SLOPE], lines[SLOPE + 1]];
     let center = [lines[CENTER], lines[CENTER + 1]];
     let a = project(simd, slope, center, &corners[0]);
     let b = project(simd, slope, center, &corners[1]);
     let c = project(simd, slope, center, &corners[2]);
-    let depths = [corners[0][2], corners[1][2], corners[2][2]];
 
     // Take the edge functions, their least and largest, and the bound on their error.
     let (u, v, w) = (edge(simd, c, b), edge(simd, a, c), edge(simd, b, a));
@@ -138,8 +160,21 @@ fn judge<S: Simd>(
     let minus_error = simd.minus(simd.splat(0.0), error);
     let is_missed = simd.are_below(least, minus_error) & simd.are_below(error, largest);
     let is_crossed = simd.are_below(error, least) | simd.are_below(largest, minus_error);
+    Sides { edges: [u, v, w], error, is_missed, is_crossed }
+}
 
+/// The second half.
+#[inline(always)]
+fn place<S: Simd>(
+    simd: S,
+    lines: &Lines<S>,
+    limit: S::Floats,
+    corners: &Corners<S>,
+    sides: &Sides<S::Floats>,
+) -> Verdict<S::Floats> {
     // Take the mean of the corners' depths, as a parameter, and what may be wrong there.
+    let depths = [corners[0][2], corners[1][2], corners[2][2]];
+    let ([u, v, w], error) = (sides.edges, sides.error);
     let sum = simd.plus(simd.plus(u, v), w);
     let inverse = simd.divided(simd.splat(1.0), sum);
     let mean = simd.multiply_add(v, depths[1], simd.times(w, depths[2]));
@@ -157,8 +192,8 @@ fn judge<S: Simd>(
     let is_beyond = simd.are_below(limit, low);
     let is_before = simd.are_below(high, lines[BEGIN]);
     let is_within = simd.are_below(lines[BEGIN + 1], low) & simd.are_below(high, lines[END]);
-    let candidates = !is_missed & !(is_stable & (is_beyond | is_before)) & ALL;
-    let certain = candidates & is_stable & is_crossed & is_within;
+    let candidates = !sides.is_missed & !(is_stable & (is_beyond | is_before)) & ALL;
+    let certain = candidates & is_stable & sides.is_crossed & is_within;
     Verdict { candidates, certain, placed: is_stable, low, high }
 }
 

@@ -250,7 +250,7 @@ impl<B: Batch> Job for Cast<'_, B> {
                     .0;
             }
         }
-        self.finish_ended(simd, &mut waiting.ended);
+        self.finish_pairs(simd, &waiting.ended);
         (self.batch, self.work)
     }
 }
@@ -342,7 +342,7 @@ impl<B: Batch> Cast<'_, B> {
         all.start = part.end;
         if is_coherent {
             waiting.failures = 0;
-            waiting.rays = self.cast_bundle(simd, memory, bundle, &part, &mut waiting.ended);
+            waiting.rays = self.cast_bundle(simd, memory, bundle, &part);
         } else {
             waiting.failures += u32::from(is_tried);
             waiting.rays = 0;
