@@ -168,13 +168,9 @@ impl<B: Batch> Job for Cast<'_, B> {
         // Slots without a ray stand where those stand whose rays have come to an end.
         let mut stacks = Stacks::new(tree.wide.most_waiting);
         let mut words = [Word::END.0; SLOTS];
-        let mut rays: Vec<RayState> = vec![RayState::none(); SLOTS];
-        let mut decisions: Vec<Decision<B::Query>> = (0..SLOTS).map(|_| Decision::new()).collect();
-        let (Some(rays), Some(decisions)) =
-            (rays.first_chunk_mut::<SLOTS>(), decisions.first_chunk_mut::<SLOTS>())
-        else {
-            unreachable!("there are that many")
-        };
+        // On the stack, where they are found without a pointer that would have to be kept at hand.
+        let mut rays = [RayState::none(); SLOTS];
+        let mut decisions: [Decision<B::Query>; SLOTS] = std::array::from_fn(|_| Decision::new());
         let mut hits = [(0, Candidates::default()); SLOTS];
 
         loop {
