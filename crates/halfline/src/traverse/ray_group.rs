@@ -244,7 +244,7 @@ impl RayGroup {
         let begin = wide.times(rays.t_min, factor);
         let far = simd.splat(FAR as f32);
         let mut enter = simd.least(simd.largest(simd.narrow(begin), simd.minus(zero, far)), far);
-        let before = simd.splat(-2.0 * SINGLE_ROUNDOFF as f32);
+        let before = simd.splat(-4.0 * SINGLE_ROUNDOFF as f32);
         enter = simd.multiply_add(simd.magnitude(enter), before, enter);
         let mut leave = simd.splat(f32::INFINITY);
         let room = simd.times(simd.plus(from_origin, reach), simd.splat(ENTRY_ERROR as f32));
