@@ -224,8 +224,7 @@ impl<Q: Query + Default> Bundle<Q> {
             let [low, high] = [ends[4 * axis], -ends[4 * axis + 1]];
             let [low_behind, high_behind] = [ends[4 * axis + 2], -ends[4 * axis + 3]];
             let spread = (high - low).max(high_behind - low_behind);
-            // Not NaN either.
-            if !(spread <= WIDEST * world.reach) {
+            if spread > WIDEST * world.reach || spread.is_nan() {
                 return false;
             }
             let (before, behind) = ((low + high) * 0.5, (low_behind + high_behind) * 0.5);
@@ -312,7 +311,7 @@ impl<Q: Query + Default> Bundle<Q> {
         let by_all = simd.are_below(latest, soonest);
         let mut numbers = [0; LANES];
         for lane in 0..LANES {
-            numbers[lane] = lane as u32 | (by_all >> lane & 1) * BY_ALL;
+            numbers[lane] = lane as u32 + (by_all >> lane & 1) * BY_ALL;
         }
         let first = self.waiting;
         let order = node.orders[self.octant as usize];
