@@ -519,7 +519,10 @@ impl<B: Batch> Cast<'_, B> {
         for group in part.clone() {
             groups += u32::from(lanes_of(mask, group) != 0);
         }
-        let done = if 2 * mask.count_ones() < groups * triangles.count_ones() {
+        // A ray by itself costs as much as a triangle against two groups, or one where any hit will do: there
+        // a ray is often done with at once.
+        let weight = if B::Query::SHORTCUT == Shortcut::Any { 1 } else { 2 };
+        let done = if weight * mask.count_ones() < groups * triangles.count_ones() {
             self.visit_by_rays(simd, bundle, block, index, mask)
         } else {
             self.visit_by_triangles(simd, bundle, part, (block, index), triangles, mask)
