@@ -141,3 +141,6 @@ fn length<S: Simd>(simd: S, p: [Numbers<S>; 2]) -> Numbers<S> {
     let wide = simd.doubles();
     wide.plus(wide.magnitude(p[0]), wide.magnitude(p[1]))
 }
+
+#[cfg(test)]
+mod tests;
