@@ -223,10 +223,14 @@ impl<Q: Query + Default> Bundle<Q> {
         for axis in 0..2 {
             let [low, high] = [ends[4 * axis], -ends[4 * axis + 1]];
             let [low_behind, high_behind] = [ends[4 * axis + 2], -ends[4 * axis + 3]];
-            let spread = (high - low).max(high_behind - low_behind);
-            if spread > WIDEST * world.reach || spread.is_nan() {
+            let spreads = [high - low, high_behind - low_behind];
+            let widest = WIDEST * world.reach;
+            // A spread that is NaN is not below anything.
+            let is_narrow = (spreads[0] <= widest) & (spreads[1] <= widest);
+            if !is_narrow {
                 return false;
             }
+            let spread = spreads[0].max(spreads[1]);
             let (before, behind) = ((low + high) * 0.5, (low_behind + high_behind) * 0.5);
             beam.slope[axis] = (behind - before) * 0.5 / world.reach;
             beam.center[axis] = (behind + before) * 0.5;
