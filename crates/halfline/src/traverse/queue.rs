@@ -7,7 +7,7 @@
 //! ```text
 //! NODE  meet eight boxes at once; push those that are met, the nearest last; pop; prefetch
 //! LEAF  hold eight triangles against the ray at once; where none is left, pop and prefetch
-//! HIT   decide what is left (`cast.rs`); a hit drops all that waits beyond it; pop; prefetch
+//! HIT   decide what is left (`cast/`); a hit drops all that waits beyond it; pop; prefetch
 //! END   take the answer; give the slot to the next ray, or to what is left of a bundle
 //! ```
 //!
