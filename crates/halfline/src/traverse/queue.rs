@@ -2,7 +2,7 @@
 //!
 //! A walk waits for memory at nearly every step, so [`SLOTS`] rays are under way at a time: each step
 //! of one ray ends by asking for the cache lines of its next, and while they come the others have
-//! their turns. Rays stand in queues by the kind of work that is next:
+//! their turns. In each turn they are taken by the kind of work that is next:
 //!
 //! ```text
 //! NODE  meet eight boxes at once; push those that are met, the nearest last; pop; prefetch
@@ -16,7 +16,7 @@
 //!
 //! Different from V. Havran's stack: what waits beyond a hit is dropped at the hit, so that what is
 //! popped needs no test. Different from wavefront tracers (S. Laine, T. Karras, T. Aila, "Megakernels
-//! Considered Harmful", HPG 2013): the queues hold few enough rays to stay in the first caches.
+//! Considered Harmful", HPG 2013): there are few enough rays under way to stay in the first caches.
 
 use std::ops::Range;
 

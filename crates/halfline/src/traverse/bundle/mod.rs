@@ -111,7 +111,7 @@ fn bits_of(lanes: u32, group: usize) -> Mask {
 
 /// The rays of some groups.
 #[inline(always)]
-pub fn rays_of(groups: &Range<usize>) -> Mask {
+fn rays_of(groups: &Range<usize>) -> Mask {
     (Mask::MAX >> (RAYS - groups.len() * LANES)) << (groups.start * LANES)
 }
 
