@@ -1,5 +1,6 @@
 //! What users hold: a mesh with its tree, and the questions one can ask it.
 
+use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use crate::build::{self, BuildParameters};
@@ -12,6 +13,9 @@ use crate::simd::Level;
 use crate::traverse;
 #[cfg(feature = "variants")]
 pub use crate::traverse::PlainCaster;
+pub use crate::traverse::columns::{
+    AllHitColumns, Column, HitColumns, Numbers, RayColumns, Vectors,
+};
 pub use crate::traverse::{AllHits, BatchRay, Caster, LeafVerdict, RayCounters, WorkCounts};
 use crate::tree::{KdTree, LeafBlock, TreeStatistics};
 
@@ -20,7 +24,7 @@ use crate::tree::{KdTree, LeafBlock, TreeStatistics};
 /// All questions may be asked from many threads at once. What counts as a hit is defined in
 /// [`numeric`](crate::numeric); a ray that is not [valid](Ray::is_valid) hits nothing.
 pub struct Scene {
-    mesh: Mesh,
+    mesh: Arc<Mesh>,
     tree: KdTree,
     build_time: Duration,
     level: Level,
@@ -43,25 +47,30 @@ impl Scene {
         Scene::build_with(mesh, &BuildParameters::default(), observer)
     }
 
-    /// The same with parameters.
+    /// The same with parameters. A mesh that others hold too is not copied.
     ///
     /// # Errors
     /// As [`Scene::build`], and [`Error::Invalid`](crate::Error::Invalid) for parameters out of
     /// range, and for an instruction set that the environment variable
     /// `HALFLINE_SIMD` names and this machine lacks.
     pub fn build_with(
-        mesh: Mesh,
+        mesh: impl Into<Arc<Mesh>>,
         parameters: &BuildParameters,
         observer: &dyn Observer,
     ) -> Result<Scene> {
         let start = Instant::now();
-        let level = Level::chosen()?;
+        let (mesh, level) = (mesh.into(), Level::chosen()?);
         let tree = build::build(&mesh, parameters, level, observer)?;
         Ok(Scene { mesh, tree, build_time: start.elapsed(), level })
     }
 
     /// The mesh.
     pub fn mesh(&self) -> &Mesh {
+        &self.mesh
+    }
+
+    /// The mesh, to be held by others too.
+    pub fn shared_mesh(&self) -> &Arc<Mesh> {
         &self.mesh
     }
 
@@ -245,6 +254,68 @@ impl Scene {
         observer: &dyn Observer,
     ) -> Result<Vec<usize>> {
         R::count(self.target(), rays, observer)
+    }
+
+    /// [`Scene::intersect`] for rays and answers that are columns, reporting
+    /// [`Stage::Trace`](crate::progress::Stage::Trace) in rays. Few rays, up to some thousand, are cast
+    /// by the calling thread itself; so it is with all that takes columns.
+    ///
+    /// # Errors
+    /// [`Error::Interrupted`](crate::Error::Interrupted).
+    ///
+    /// # Panics
+    /// If there are not as many places in `hits` as rays.
+    pub fn intersect_columns(
+        &self,
+        rays: &RayColumns,
+        hits: HitColumns,
+        observer: &dyn Observer,
+    ) -> Result<()> {
+        traverse::columns::intersect(self.target(), rays, hits, observer)
+    }
+
+    /// [`Scene::occluded`] for columns.
+    ///
+    /// # Errors
+    /// [`Error::Interrupted`](crate::Error::Interrupted).
+    ///
+    /// # Panics
+    /// If there are not as many flags as rays.
+    pub fn occluded_columns(
+        &self,
+        rays: &RayColumns,
+        flags: &mut [bool],
+        observer: &dyn Observer,
+    ) -> Result<()> {
+        traverse::columns::occluded(self.target(), rays, flags, observer)
+    }
+
+    /// [`Scene::count_intersections`] for columns.
+    ///
+    /// # Errors
+    /// [`Error::Interrupted`](crate::Error::Interrupted).
+    ///
+    /// # Panics
+    /// If there are not as many counts as rays.
+    pub fn count_intersections_columns(
+        &self,
+        rays: &RayColumns,
+        counts: &mut [i64],
+        observer: &dyn Observer,
+    ) -> Result<()> {
+        traverse::columns::count(self.target(), rays, counts, observer)
+    }
+
+    /// [`Scene::intersect_all`] for columns.
+    ///
+    /// # Errors
+    /// [`Error::Interrupted`](crate::Error::Interrupted).
+    pub fn intersect_all_columns(
+        &self,
+        rays: &RayColumns,
+        observer: &dyn Observer,
+    ) -> Result<AllHitColumns> {
+        traverse::columns::intersect_all(self.target(), rays, observer)
     }
 
     /// The point of a hit, from which rays can start that do not hit the same face again:
