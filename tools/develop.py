@@ -4,8 +4,8 @@
     tools/develop.py TARGET/debug .venv
 
 puts the compiled part beside the Python files, as maturin would, and python/ on the environment's
-path. Cargo has built it together with everything else, which maturin could not use: alone it asks for
-other features of shared crates, and so for one more build of them.
+path. Cargo has built it together with everything else, which maturin could not use: alone it asks
+for other features of shared crates, and so for one more build of them.
 """
 
 from __future__ import annotations

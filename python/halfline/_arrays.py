@@ -1,13 +1,13 @@
 """What callers may pass, as the arrays that the compiled part takes.
 
-Nothing that is float32 or float64 and C-contiguous is copied, and no number is ever rounded: float16
-becomes float32, integers become float64 as NumPy converts them, and longdouble is refused.
+Nothing that is float32 or float64 and C-contiguous is copied, and no number is ever rounded:
+float16 becomes float32, integers become float64 as NumPy converts them, and longdouble is refused.
 """
 
 from __future__ import annotations
 
 import math
-from typing import Any, NamedTuple, TypeAlias
+from typing import Any, TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -16,19 +16,14 @@ FloatArray: TypeAlias = NDArray[np.float32] | NDArray[np.float64]
 """C-contiguous, aligned, in the machine's byte order."""
 
 Vector: TypeAlias = tuple[float, float, float]
-"""What all rays have in common."""
+"""Of all rays."""
+
+Numbers: TypeAlias = FloatArray | float
+"""Of each ray, or of all rays."""
 
 
-class Rays(NamedTuple):
-    """Rays as columns: each is the same for all rays, or an array with an entry for each."""
-
-    shape: tuple[int, ...]
-    """The leading dimensions of the answer."""
-
-    origins: FloatArray | Vector
-    directions: FloatArray | Vector
-    t_min: FloatArray | float
-    t_max: FloatArray | float
+Columns: TypeAlias = tuple[FloatArray | Vector, FloatArray | Vector, Numbers, Numbers]
+"""Origins, directions, t_min and t_max of rays: each the same for all, or an entry for each."""
 
 
 def rays_of(
@@ -36,8 +31,12 @@ def rays_of(
     directions: ArrayLike,
     t_min: ArrayLike,
     t_max: ArrayLike,
-) -> Rays:
-    """Checks rays, and broadcasts what they have against each other."""
+) -> tuple[tuple[int, ...], Columns]:
+    """Checks rays, and broadcasts what they have against each other.
+
+    Returns:
+        The leading dimensions of the answer, and the rays.
+    """
     starts = _vectors("origins", origins)
     ways = _vectors("directions", directions)
     begin = _numbers("t_min", t_min)
@@ -47,13 +46,13 @@ def rays_of(
         shape = start_shape
     else:
         shape = _broadcast(start_shape, way_shape, np.shape(begin), np.shape(end))
-    return Rays(
-        shape,
+    columns = (
         _vector_column(starts, shape),
         _vector_column(ways, shape),
         _number_column(begin, shape),
         _number_column(end, shape),
     )
+    return shape, columns
 
 
 def _broadcast(*shapes: tuple[int, ...]) -> tuple[int, ...]:
@@ -74,15 +73,20 @@ def _vector_column(array: FloatArray, shape: tuple[int, ...]) -> FloatArray | Ve
     if array.size == 3:
         x, y, z = array.reshape(3).tolist()
         return x, y, z
-    return plain(np.broadcast_to(array, (*shape, 3)) if array.shape[:-1] != shape else array)
+    return plain(array if array.shape[:-1] == shape else _spread(array, (*shape, 3)))
 
 
-def _number_column(value: FloatArray | float, shape: tuple[int, ...]) -> FloatArray | float:
+def _number_column(value: Numbers, shape: tuple[int, ...]) -> Numbers:
     if isinstance(value, float):
         return value
     if value.size == 1:
         return float(value.reshape(()))
-    return plain(np.broadcast_to(value, shape) if value.shape != shape else value)
+    return plain(value if value.shape == shape else _spread(value, shape))
+
+
+def _spread(array: FloatArray, shape: tuple[int, ...]) -> FloatArray:
+    spread: NDArray[Any] = np.broadcast_to(array, shape)
+    return spread
 
 
 def _vectors(name: str, value: ArrayLike) -> FloatArray:
@@ -92,7 +96,7 @@ def _vectors(name: str, value: ArrayLike) -> FloatArray:
     return array
 
 
-def _numbers(name: str, value: ArrayLike) -> FloatArray | float:
+def _numbers(name: str, value: ArrayLike) -> Numbers:
     if isinstance(value, float):
         return float(value)
     array = floats(name, value, "of the rays, or a number")
@@ -103,16 +107,18 @@ def plain(array: FloatArray) -> FloatArray:
     """The array itself if it is C-contiguous and aligned, else a copy that is."""
     if array.flags.c_contiguous and array.flags.aligned:
         return array
-    return array.copy(order="C")
+    copy: NDArray[Any] = array.copy(order="C")
+    return copy
 
 
 def floats(name: str, value: ArrayLike, shape: str) -> FloatArray:
     """The array of float32 or float64 in which `value` loses nothing, in any layout."""
-    array = value if type(value) is np.ndarray else array_of(name, value, shape)
+    array: NDArray[Any] = value if type(value) is np.ndarray else array_of(name, value, shape)
     dtype = array.dtype
     if dtype.char in "fd" and dtype.isnative:
         return array
-    return array.astype(_float_type(name, dtype))
+    converted: NDArray[Any] = array.astype(_float_type(name, dtype))
+    return converted
 
 
 def _float_type(name: str, dtype: np.dtype[Any]) -> type[np.float32] | type[np.float64]:

@@ -32,10 +32,11 @@ def _surface(mesh: Mesh, face: NDArray[np.int64], uv: NDArray[np.float64]) -> _S
 class Hits:
     """The closest hit of each ray, with the leading dimensions of the rays.
 
-    A ray that hits nothing has `t` infinite, `face` -1, `uv` zero, and NaN for `point` and `normal`.
+    A ray that hits nothing has `t` infinite, `face` -1, `uv` zero, and NaN for `point` and
+    `normal`.
 
-    Indexing works on the leading dimensions: `hits[3]`, `hits[hits.hit]`, `hits[..., 0]`. `len(hits)`
-    and iteration are those of the first of them, as of an array.
+    Indexing works on the leading dimensions: `hits[3]`, `hits[hits.hit]`, `hits[..., 0]`.
+    `len(hits)` and iteration are those of the first of them, as of an array.
 
     Attributes:
         t: Ray parameters in units of the rays' directions, shape (...), float64: the double that is
@@ -183,7 +184,7 @@ class AllHits:
 
     @property
     def ray(self) -> NDArray[np.int64]:
-        """The index of the ray of each hit, in C order of the leading dimensions, shape (m,), int64.
+        """The index of the ray of each hit, shape (m,), int64: rays count in C order.
 
         Computed when first asked for.
         """

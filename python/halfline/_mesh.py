@@ -4,15 +4,18 @@ from __future__ import annotations
 
 import operator
 import os
-from typing import Any, Protocol, TypeAlias
+from typing import TYPE_CHECKING, Any, Protocol, TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from halfline import _native
 from halfline._arrays import FloatArray, faces_of, vertices_of
 from halfline._html import table
+from halfline._native import Mesh as NativeMesh
 from halfline._progress import Progress, reporting
+
+if TYPE_CHECKING:
+    from halfline._native import _Extras
 
 
 class MeshLike(Protocol):
@@ -48,21 +51,21 @@ class Mesh:
 
     __slots__ = ("__weakref__", "_bounds", "_faces", "_native", "_vertices")
 
-    _native: _native.Mesh
+    _native: NativeMesh
     _vertices: FloatArray | None
     _faces: NDArray[np.uint32] | None
     _bounds: NDArray[np.float64] | None
 
     def __init__(self, vertices: ArrayLike, faces: ArrayLike) -> None:
-        self._hold(_native.Mesh.from_arrays(vertices_of(vertices), faces_of(faces)))
+        self._hold(NativeMesh.from_arrays(vertices_of(vertices), faces_of(faces)))
 
     @classmethod
-    def _of(cls, native: _native.Mesh) -> Mesh:
+    def _of(cls, native: NativeMesh) -> Mesh:
         mesh = cls.__new__(cls)
         mesh._hold(native)
         return mesh
 
-    def _hold(self, native: _native.Mesh) -> None:
+    def _hold(self, native: NativeMesh) -> None:
         self._native = native
         self._vertices = self._faces = self._bounds = None
 
@@ -126,10 +129,12 @@ class Mesh:
         return table("Mesh", self._figures())
 
 
-def _unpickle(vertices: FloatArray, faces: NDArray[np.uint32], extras: _native.Extras) -> Mesh:
+def _unpickle(vertices: FloatArray, faces: NDArray[np.uint32], extras: _Extras) -> Mesh:
     """The mesh that these were taken from, with what its file said about it."""
-    bare = _native.Mesh.from_arrays(vertices_of(vertices), faces_of(faces))
-    return Mesh._of(bare if extras == (None, None, None, []) else bare.with_extras(extras))
+    bare = NativeMesh.from_arrays(vertices_of(vertices), faces_of(faces))
+    *arrays, materials = extras
+    is_bare = not materials and all(array is None for array in arrays)
+    return Mesh._of(bare if is_bare else bare.with_extras(extras))
 
 
 def load(path: Path, *, progress: Progress = None) -> Mesh:
@@ -152,7 +157,7 @@ def load(path: Path, *, progress: Progress = None) -> Mesh:
         KeyboardInterrupt: On Ctrl-C.
     """
     with reporting(progress) as report:
-        return Mesh._of(_native.Mesh.load(os.fsdecode(path), report))
+        return Mesh._of(NativeMesh.load(os.fsdecode(path), report))
 
 
 def generate(kind: str, triangles: int, seed: int = 0, *, progress: Progress = None) -> Mesh:
@@ -178,7 +183,7 @@ def generate(kind: str, triangles: int, seed: int = 0, *, progress: Progress = N
     count = _natural("triangles", triangles)
     number = _natural("seed", seed)
     with reporting(progress) as report:
-        return Mesh._of(_native.Mesh.generate(kind, count, number, report))
+        return Mesh._of(NativeMesh.generate(kind, count, number, report))
 
 
 def _natural(name: str, value: int) -> int:

@@ -13,7 +13,7 @@ _Floats: TypeAlias = NDArray[np.float32] | NDArray[np.float64]
 _Vectors: TypeAlias = _Floats | tuple[float, float, float]
 _Numbers: TypeAlias = _Floats | float
 _Material: TypeAlias = tuple[Sequence[float], float, float, float, float]
-Extras: TypeAlias = tuple[
+_Extras: TypeAlias = tuple[
     NDArray[np.uint32] | None, NDArray[np.uint8] | None, NDArray[np.uint32] | None, list[_Material]
 ]
 
@@ -56,8 +56,8 @@ class Mesh:
         points: NDArray[np.float64],
         normals: NDArray[np.float64],
     ) -> None: ...
-    def extras(self) -> Extras: ...
-    def with_extras(self, extras: Extras) -> Mesh: ...
+    def extras(self) -> _Extras: ...
+    def with_extras(self, extras: _Extras) -> Mesh: ...
 
 @final
 class Scene:

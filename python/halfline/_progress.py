@@ -5,7 +5,7 @@ from __future__ import annotations
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from typing import TYPE_CHECKING, TypeAlias
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 if TYPE_CHECKING:
     from tqdm.std import tqdm
@@ -51,20 +51,22 @@ _UNITS = {"load": "B", "build": " triangles", "trace": " rays"}
 class TqdmBar:
     """A bar of tqdm for each stage."""
 
-    def __init__(self, bar_type: type[tqdm[None]]) -> None:
-        self._bar_type = bar_type
-        self._bar: tqdm[None] | None = None
+    def __init__(self, new_bar: Callable[..., tqdm[Any]]) -> None:
+        self._new_bar = new_bar
+        self._bar: tqdm[Any] | None = None
         self._stage = ""
 
     def report(self, stage: str, done: int, total: int) -> None:
         """Shows it."""
-        if self._bar is None or stage != self._stage:
+        bar = self._bar
+        if bar is None or stage != self._stage:
             self.close()
             self._stage = stage
             unit = _UNITS.get(stage, "")
-            self._bar = self._bar_type(total=total, desc=stage, unit=unit, unit_scale=True)
-        self._bar.total = total
-        self._bar.update(done - self._bar.n)
+            bar = self._new_bar(total=total, desc=stage, unit=unit, unit_scale=True)
+            self._bar = bar
+        bar.total = total
+        bar.update(done - bar.n)
 
     def close(self) -> None:
         """Leaves the last state to be read."""

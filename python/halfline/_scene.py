@@ -7,31 +7,31 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from halfline import _native
 from halfline._arrays import count_of, rays_of
 from halfline._hits import AllHits, Hits
 from halfline._html import table
 from halfline._mesh import Mesh, MeshLike
+from halfline._native import Scene as NativeScene
 from halfline._progress import Progress, reporting
 
 
 class Scene:
     """A mesh with a kd-tree over it, which answers questions about rays.
 
-    `Scene(mesh)`, `Scene(vertices, faces)`, and `Scene(anything)` with `.vertices` and `.faces` build
-    the tree, on all threads (see `set_thread_count`). A scene never changes; it may be asked from many
-    threads at once, in children of `fork`, and after it was pickled.
+    `Scene(mesh)`, `Scene(vertices, faces)`, and `Scene(anything)` with `.vertices` and `.faces`
+    build the tree, on all threads (see `set_thread_count`). A scene never changes; it may be asked
+    from many threads at once, in children of `fork`, and after it was pickled.
 
     All questions take rays as `origins` and `directions`, arrays of shape (..., 3) whose leading
-    dimensions are broadcast against each other and kept in the answer. A direction need not have unit
-    length: `t` is in units of the direction. What is C-contiguous float32 or float64, each as it
-    likes, is not copied; other layouts, integers and float16 are; no number is rounded. A ray with a
-    NaN or an infinite coordinate, without a direction, or with `t_min > t_max` hits nothing.
+    dimensions are broadcast against each other and kept in the answer. A direction need not have
+    unit length: `t` is in units of the direction. What is C-contiguous float32 or float64, each as
+    it likes, is not copied; other layouts, integers and float16 are; no number is rounded. A ray
+    with a NaN or an infinite coordinate, without a direction, or with `t_min > t_max` hits nothing.
 
     Every hit is that of the exact ray with the exact triangles: no ray slips between triangles that
     share an edge or a vertex, and each crossing of a closed surface counts once. docs/numerics.md
-    derives it. The tree is that of Wald and Havran, "On building fast kd-trees for ray tracing, and on
-    doing that in O(N log N)" (2006), with the changes that ARCHITECTURE.md tells.
+    derives it. The tree is that of Wald and Havran, "On building fast kd-trees for ray tracing, and
+    on doing that in O(N log N)" (2006), with the changes that ARCHITECTURE.md tells.
 
     Args:
         mesh: A `Mesh`, or anything with `vertices` and `faces`; or the vertices, shape (n, 3).
@@ -59,7 +59,7 @@ class Scene:
     ) -> None:
         self._mesh = _mesh_of(mesh, faces)
         with reporting(progress) as report:
-            self._native = _native.Scene.build(self._mesh._native, preset, report)
+            self._native = NativeScene.build(self._mesh._native, preset, report)
 
     @property
     def mesh(self) -> Mesh:
@@ -86,15 +86,15 @@ class Scene:
                 "trace" and rays.
 
         Returns:
-            `t`, `face`, `uv`, `point`, `normal` and `hit` of the rays' leading dimensions; a miss has
-            t infinite and face -1.
+            `t`, `face`, `uv`, `point`, `normal` and `hit` of the rays' leading dimensions; a miss
+            has t infinite and face -1.
 
         Raises:
             TypeError: For arrays of complex numbers, objects, strings, booleans or longdouble.
             ValueError: For shapes that do not end in 3 or cannot be broadcast.
             KeyboardInterrupt: On Ctrl-C.
         """
-        shape, *rays = rays_of(origins, directions, t_min, t_max)
+        shape, rays = rays_of(origins, directions, t_min, t_max)
         t = np.empty(shape)
         face = np.empty(shape, dtype=np.int64)
         uv = np.empty((*shape, 2))
@@ -132,7 +132,7 @@ class Scene:
             ValueError: As `intersect`.
             KeyboardInterrupt: On Ctrl-C.
         """
-        shape, *rays = rays_of(origins, directions, t_min, t_max)
+        shape, rays = rays_of(origins, directions, t_min, t_max)
         flags = np.empty(shape, dtype=np.bool_)
         with reporting(progress) as report:
             self._native.occluded(*rays, flags, report)
@@ -166,7 +166,7 @@ class Scene:
             ValueError: As `intersect`.
             KeyboardInterrupt: On Ctrl-C.
         """
-        shape, *rays = rays_of(origins, directions, t_min, t_max)
+        shape, rays = rays_of(origins, directions, t_min, t_max)
         counts = np.empty(shape, dtype=np.int64)
         with reporting(progress) as report:
             self._native.count_intersections(*rays, counts, report)
@@ -181,7 +181,7 @@ class Scene:
         t_max: ArrayLike = np.inf,
         progress: Progress = None,
     ) -> AllHits:
-        """All hits of each ray: every crossing, and every contact with the border of an open surface.
+        """All hits of each ray: every crossing, and contacts with the border of open surfaces.
 
         A ray through an edge or a vertex of a closed surface crosses it once there, or not at all
         where it only touches it.
@@ -202,7 +202,7 @@ class Scene:
             MemoryError: If there are more hits than there is memory for.
             KeyboardInterrupt: On Ctrl-C.
         """
-        shape, *rays = rays_of(origins, directions, t_min, t_max)
+        shape, rays = rays_of(origins, directions, t_min, t_max)
         with reporting(progress) as report:
             splits, t, face, uv = self._native.intersect_all(count_of(shape), *rays, report)
         return AllHits(self._mesh, shape, splits, t, face, uv.reshape(-1, 2))
@@ -211,9 +211,9 @@ class Scene:
         """The figures of mesh and tree, as `halfline info --json` names them.
 
         Returns:
-            `triangles`, `vertices`, `precision`, `bounds` (two points, or None), `skipped` (triangles
-            that no ray can hit), `skipped_degenerate`, `skipped_non_finite`, `preset`, `tree` (a dict,
-            with `bytes` among others) and `build_seconds`.
+            `triangles`, `vertices`, `precision`, `bounds` (two points, or None), `skipped`
+            (triangles that no ray can hit), `skipped_degenerate`, `skipped_non_finite`, `preset`,
+            `tree` (a dict, with `bytes` among others) and `build_seconds`.
         """
         bounds = self._mesh.bounds
         return {

@@ -106,3 +106,15 @@ def judged(tmp_path_factory: pytest.TempPathFactory) -> Judged:
     found = crossings(shape, rays)
     assert found.unsure.mean() < 0.001
     return Judged(shape, path, rays, found)
+
+
+@pytest.fixture(scope="session")
+def halfline_info(halfline: Halfline, judged: Judged) -> dict[str, Any]:
+    """What the command says about the judged mesh."""
+    return halfline.json("info", judged.path)
+
+
+@pytest.fixture(scope="session")
+def halfline_command(halfline: Halfline) -> Halfline:
+    """The command, for tests that import the package of the same name."""
+    return halfline

@@ -19,7 +19,7 @@ pub fn exception(py: Python, error: Error) -> PyErr {
         Error::Io { path, source } => match source.raw_os_error() {
             // Python chooses the subclass by the number.
             Some(number) => match system_text(py, number) {
-                Ok(text) => PyOSError::new_err((number, text, path)),
+                Ok(text) => PyOSError::new_err((number, text, path.into_os_string())),
                 Err(error) => error,
             },
             None => PyOSError::new_err(format!("{}: {source}", path.display())),
