@@ -11,11 +11,10 @@ say how many threads work; by default it is as many as there are cores that the 
 
 from __future__ import annotations
 
-from importlib import import_module
-from typing import TYPE_CHECKING
-
 from halfline._native import FormatError, __version__, set_thread_count, thread_count
 
+# What type checkers take for true. To import it from typing would be half of the command's start.
+TYPE_CHECKING = False
 if TYPE_CHECKING:
     from halfline._hits import AllHits, Hits
     from halfline._mesh import Mesh, generate, load
@@ -48,6 +47,8 @@ if not TYPE_CHECKING:
 
     def __getattr__(name: str) -> object:
         if name in _LAZY:
+            from importlib import import_module
+
             value = getattr(import_module(_LAZY[name]), name)
             globals()[name] = value
             return value

@@ -124,7 +124,7 @@ def floats(name: str, value: ArrayLike, shape: str) -> FloatArray:
 def _float_type(name: str, dtype: np.dtype[Any]) -> type[np.float32] | type[np.float64]:
     if dtype.kind == "f" and dtype.itemsize <= 4:
         return np.float32
-    if dtype.kind in "iu" or dtype.char == "d":
+    if dtype.kind in "iu" or (dtype.kind == "f" and dtype.itemsize == 8):
         return np.float64
     if dtype.kind == "f":
         raise TypeError(
@@ -136,6 +136,8 @@ def _float_type(name: str, dtype: np.dtype[Any]) -> type[np.float32] | type[np.f
 
 def array_of(name: str, value: ArrayLike, shape: str) -> NDArray[Any]:
     """What NumPy makes of a list, or of anything with `__array__`."""
+    if isinstance(value, np.ma.MaskedArray):
+        raise TypeError(f"{name}: expected an array, found a masked one: call its .filled() first")
     try:
         return np.asarray(value)
     except ValueError as error:

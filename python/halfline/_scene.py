@@ -199,7 +199,6 @@ class Scene:
         Raises:
             TypeError: As `intersect`.
             ValueError: As `intersect`.
-            MemoryError: If there are more hits than there is memory for.
             KeyboardInterrupt: On Ctrl-C.
         """
         shape, rays = rays_of(origins, directions, t_min, t_max)

@@ -158,6 +158,7 @@ WRONG: list[tuple[str, Any, type[Exception], str]] = [
     ("None", None, TypeError, "found object"),
     ("strings", [["1", "2", "3"]], TypeError, "found str"),
     ("dates", np.zeros((5, 3), "M8[s]"), TypeError, "found datetime64[s]"),
+    ("masked", np.ma.zeros((5, 3)), TypeError, "found a masked one"),
     ("longdouble", np.zeros((5, 3), np.longdouble), TypeError, "convert it with .astype"),
 ]
 
