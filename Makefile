@@ -41,14 +41,23 @@ venv:
 release: rust
 	cargo build --release --locked
 
+# All crates as the tests have them, so that `cargo test` finds everything built but the tests'
+# own; and `import halfline` in the environment.
+.PHONY: native
+native: rust venv
+	cargo build --locked --workspace --all-targets
+	@$(VENV)/bin/python tools/develop.py "$(target_dir)/debug" $(VENV)
+
+.PHONY: wheel
+wheel: rust venv ## build the Python package for this machine into target/wheels
+	$(VENV)/bin/maturin build --release --locked --out "$(target_dir)/wheels"
+
 .PHONY: demo
 demo: release ## generate a scan of 5.5 million triangles and render it
 	@python=$$(tools/find_python.sh) && "$$python" tools/demo.py "$(target_dir)/release/halfline"
 
 .PHONY: test
-test: rust venv ## run all tests, Rust's and Python's
-	@# Builds the command too, for its own tests; building it by itself would build half of the
-	@# crates again, with the features that they have without the tests.
+test: native ## run all tests, Rust's and Python's
 	cargo test --locked --workspace
 	HALFLINE_BIN="$(target_dir)/debug/halfline" $(VENV)/bin/python -m pytest
 
@@ -61,7 +70,7 @@ fuzz: ## fuzz readers, build and queries for half an hour (needs nightly Rust, c
 	@python=$$(tools/find_python.sh) && "$$python" tools/fuzz.py --seconds $(FUZZ_SECONDS)
 
 .PHONY: lint
-lint: venv ## check format, warnings, reference, import arrows, types
+lint: native ## check format, warnings, reference, import arrows, types
 	@tools/check_rust.sh fmt clippy
 	cargo fmt --all --check
 	cargo fmt --manifest-path fuzz/Cargo.toml --check
@@ -73,6 +82,7 @@ lint: venv ## check format, warnings, reference, import arrows, types
 	$(VENV)/bin/ruff check $(PYTHON_SOURCES)
 	$(VENV)/bin/ruff format --check $(PYTHON_SOURCES)
 	$(VENV)/bin/mypy --strict $(PYTHON_SOURCES)
+	$(VENV)/bin/python -m mypy.stubtest --mypy-config-file pyproject.toml halfline._native
 
 .PHONY: data
 data: ## fetch real scans into data/, checked against data.sha256 (needs npm)

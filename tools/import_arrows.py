@@ -11,7 +11,8 @@ Rooms of one level do not know each other: building must not lean on traversal, 
 rules on an instruction set. The one exception is io, which makes meshes, and so imports mesh.
 Every room may import error and progress. brute_force and textbook, the judges, import geometry,
 mesh and numeric (for the scalar triangle test) alone, and no room imports them: a judge must not
-share the code that it judges. Among the crates: halfline-cli -> halfline-render -> halfline.
+share the code that it judges. Among the crates: halfline-python -> halfline-cli -> halfline-render
+-> halfline.
 
 Modules under #[cfg(test)], and files named tests.rs, may import any room, for that is where engine
 and judge meet. lib.rs names every room and is not checked; what it re-exports counts as the room
@@ -55,6 +56,7 @@ CRATES: dict[str, set[str]] = {
     "halfline": set(),
     "halfline-render": {"halfline"},
     "halfline-cli": {"halfline", "halfline-render"},
+    "halfline-python": {"halfline", "halfline-render", "halfline-cli"},
 }
 
 # Where `unsafe` may stand, relative to the library's src.

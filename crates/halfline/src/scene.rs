@@ -2,6 +2,7 @@
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;
+use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::{Duration, Instant};
 
@@ -15,6 +16,9 @@ use crate::simd::Level;
 use crate::traverse;
 #[cfg(feature = "variants")]
 pub use crate::traverse::PlainCaster;
+pub use crate::traverse::columns::{
+    AllHitColumns, Column, HitColumns, Numbers, RayColumns, Vectors,
+};
 pub use crate::traverse::{AllHits, BatchRay, Caster, LeafVerdict, RayCounters, WorkCounts};
 use crate::tree::file as tree_file;
 use crate::tree::{KdTree, LeafBlock, TreeFile, TreeStatistics, Verify};
@@ -28,7 +32,7 @@ use crate::tree::{KdTree, LeafBlock, TreeFile, TreeStatistics, Verify};
 /// and somebody may damage it or cut it short meanwhile. Then questions are answered wrongly, or end in an
 /// [`Error::Format`](crate::Error::Format) that names the file; those that return no `Result` panic.
 pub struct Scene {
-    mesh: Mesh,
+    mesh: Arc<Mesh>,
     tree: KdTree,
     parameters: BuildParameters,
     build_time: Duration,
@@ -78,19 +82,19 @@ impl Scene {
         Scene::build_with(mesh, &BuildParameters::default(), observer)
     }
 
-    /// The same with parameters.
+    /// The same with parameters. A mesh that others hold too is not copied.
     ///
     /// # Errors
     /// As [`Scene::build`], and [`Error::Invalid`](crate::Error::Invalid) for parameters out of
     /// range, and for an instruction set that the environment variable
     /// `HALFLINE_SIMD` names and this machine lacks.
     pub fn build_with(
-        mesh: Mesh,
+        mesh: impl Into<Arc<Mesh>>,
         parameters: &BuildParameters,
         observer: &dyn Observer,
     ) -> Result<Scene> {
         let start = Instant::now();
-        let level = Level::chosen()?;
+        let (mesh, level) = (mesh.into(), Level::chosen()?);
         let tree = build::build(&mesh, parameters, level, observer)?;
         let build_time = start.elapsed();
         Ok(Scene { mesh, tree, parameters: *parameters, build_time, level, file: None })
@@ -108,7 +112,7 @@ impl Scene {
         let level = Level::chosen()?;
         let tree_file::Opened { mesh, tree, parameters, build_time, file } =
             tree_file::open(path, verify, observer)?;
-        Ok(Scene { mesh, tree, parameters, build_time, level, file: Some(file) })
+        Ok(Scene { mesh: Arc::new(mesh), tree, parameters, build_time, level, file: Some(file) })
     }
 
     /// Writes mesh and tree to a file, from which [`Scene::open`] has them back at once. The file appears
@@ -147,6 +151,11 @@ impl Scene {
 
     /// The mesh.
     pub fn mesh(&self) -> &Mesh {
+        &self.mesh
+    }
+
+    /// The mesh, to be held by others too.
+    pub fn shared_mesh(&self) -> &Arc<Mesh> {
         &self.mesh
     }
 
@@ -336,6 +345,68 @@ impl Scene {
         observer: &dyn Observer,
     ) -> Result<Vec<usize>> {
         self.guarded(|| R::count(self.target(), rays, observer))
+    }
+
+    /// [`Scene::intersect`] for rays and answers that are columns, reporting
+    /// [`Stage::Trace`](crate::progress::Stage::Trace) in rays. Few rays, up to some thousand, are cast
+    /// by the calling thread itself; so it is with all that takes columns.
+    ///
+    /// # Errors
+    /// [`Error::Interrupted`](crate::Error::Interrupted).
+    ///
+    /// # Panics
+    /// If there are not as many places in `hits` as rays.
+    pub fn intersect_columns(
+        &self,
+        rays: &RayColumns,
+        hits: HitColumns,
+        observer: &dyn Observer,
+    ) -> Result<()> {
+        self.guarded(|| traverse::columns::intersect(self.target(), rays, hits, observer))
+    }
+
+    /// [`Scene::occluded`] for columns.
+    ///
+    /// # Errors
+    /// [`Error::Interrupted`](crate::Error::Interrupted).
+    ///
+    /// # Panics
+    /// If there are not as many flags as rays.
+    pub fn occluded_columns(
+        &self,
+        rays: &RayColumns,
+        flags: &mut [bool],
+        observer: &dyn Observer,
+    ) -> Result<()> {
+        self.guarded(|| traverse::columns::occluded(self.target(), rays, flags, observer))
+    }
+
+    /// [`Scene::count_intersections`] for columns.
+    ///
+    /// # Errors
+    /// [`Error::Interrupted`](crate::Error::Interrupted).
+    ///
+    /// # Panics
+    /// If there are not as many counts as rays.
+    pub fn count_intersections_columns(
+        &self,
+        rays: &RayColumns,
+        counts: &mut [i64],
+        observer: &dyn Observer,
+    ) -> Result<()> {
+        self.guarded(|| traverse::columns::count(self.target(), rays, counts, observer))
+    }
+
+    /// [`Scene::intersect_all`] for columns.
+    ///
+    /// # Errors
+    /// [`Error::Interrupted`](crate::Error::Interrupted).
+    pub fn intersect_all_columns(
+        &self,
+        rays: &RayColumns,
+        observer: &dyn Observer,
+    ) -> Result<AllHitColumns> {
+        self.guarded(|| traverse::columns::intersect_all(self.target(), rays, observer))
     }
 
     /// The point of a hit, from which rays can start that do not hit the same face again:

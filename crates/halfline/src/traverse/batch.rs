@@ -16,7 +16,7 @@ use crate::simd::{LANES, Level, Simd};
 use crate::tree::{KdTree, LeafBlock, WideNode};
 
 /// Rays that one task casts: about a millisecond of work, and many to each slot of the queues.
-const CHUNK: usize = 1 << 12;
+pub(super) const CHUNK: usize = 1 << 12;
 
 /// All hits of each ray of a batch, in compressed sparse rows: those of ray i are
 /// `hits[splits[i]..splits[i + 1]]`, sorted by t and then by face.
@@ -28,14 +28,15 @@ pub struct AllHits {
     pub hits: Vec<Hit>,
 }
 
-fn start(observer: &dyn Observer, rays: usize) -> SharedProgress<'_> {
+/// Nothing is done yet of what `observer` hears of.
+pub(super) fn start(observer: &dyn Observer, rays: usize) -> SharedProgress<'_> {
     let progress = SharedProgress::new(observer, Stage::Trace, rays);
     observer.report(Stage::Trace, 0, rays as u64);
     progress
 }
 
 /// What is asked about each ray, and the form of its answer.
-trait Question {
+pub(super) trait Question {
     type Query: Query + Default;
     type Answer: Copy + Send;
     const MISS: Self::Answer;
@@ -62,7 +63,8 @@ trait Question {
     fn answer(query: &mut Self::Query, ray: &PreparedRay) -> Self::Answer;
 }
 
-struct Closest;
+/// The closest hit.
+pub(super) struct Closest;
 
 impl Question for Closest {
     type Query = ClosestHit;
@@ -101,7 +103,8 @@ impl Question for ClosestSingle {
     }
 }
 
-struct Any;
+/// Whether there is a hit.
+pub(super) struct Any;
 
 impl Question for Any {
     type Query = AnyHit;
@@ -166,9 +169,19 @@ impl<R: RayRows, Q: Question> Batch for Rows<'_, R, Q> {
     }
 }
 
+/// Casts a chunk of rays on this thread, and puts their answers into the same places of `answers`.
+pub(super) fn cast_chunk<R: RayRows, Q: Question>(
+    Target { tree, mesh, level }: Target,
+    rays: &[R],
+    answers: &mut [Q::Answer],
+) {
+    answers.fill(Q::MISS);
+    level.run(Cast::new(tree, mesh, Rows::<R, Q> { rays, answers }));
+}
+
 /// Casts each ray and puts its answer into the same place of `answers`.
 fn cast_into<R: RayRows + Sync, Q: Question>(
-    Target { tree, mesh, level }: Target,
+    target: Target,
     rays: &[R],
     answers: &mut [Q::Answer],
     observer: &dyn Observer,
@@ -177,9 +190,7 @@ fn cast_into<R: RayRows + Sync, Q: Question>(
     let progress = start(observer, rays.len());
     answers.par_chunks_mut(CHUNK).zip(rays.par_chunks(CHUNK)).try_for_each(|(answers, rays)| {
         progress.check()?;
-        answers.fill(Q::MISS);
-        let batch = Rows::<R, Q> { rays, answers };
-        level.run(Cast::new(tree, mesh, batch));
+        cast_chunk::<R, Q>(target, rays, answers);
         progress.advance(rays.len())
     })
 }
@@ -320,23 +331,31 @@ impl<R: RayRows> Batch for AllRows<'_, R> {
     }
 }
 
+/// Casts a chunk of rays on this thread: for each of them where its hits are, and the hits.
+pub(super) fn cast_chunk_for_hits<R: RayRows>(
+    target: Target,
+    rays: &[R],
+) -> (Vec<Range<usize>>, Vec<Hit>) {
+    let Target { tree, mesh, level } = target;
+    let batch = AllRows { target, rays, hits: Vec::new(), places: vec![0..0; rays.len()] };
+    let (rows, _) = level.run(Cast::new(tree, mesh, batch));
+    (rows.places, rows.hits)
+}
+
 /// All hits of chunks of rays, chunk by chunk.
 fn cast_all<R: RayRows + Sync, A: Send>(
     target: Target,
     rays: &[R],
     observer: &dyn Observer,
-    take: impl Fn(AllRows<R>) -> A + Sync,
+    take: impl Fn(Vec<Range<usize>>, Vec<Hit>) -> A + Sync,
 ) -> Result<Vec<A>> {
     let progress = start(observer, rays.len());
-    let Target { tree, mesh, level } = target;
     rays.par_chunks(CHUNK)
         .map(|rays| {
             progress.check()?;
-            let places = vec![0..0; rays.len()];
-            let batch = AllRows { target, rays, hits: Vec::new(), places };
-            let (rows, _) = level.run(Cast::new(tree, mesh, batch));
+            let (places, hits) = cast_chunk_for_hits(target, rays);
             progress.advance(rays.len())?;
-            Ok(take(rows))
+            Ok(take(places, hits))
         })
         .collect()
 }
@@ -347,7 +366,7 @@ fn cast_for_hits<R: RayRows + Sync>(
     rays: &[R],
     observer: &dyn Observer,
 ) -> Result<AllHits> {
-    let chunks = cast_all(target, rays, observer, |rows| (rows.places, rows.hits))?;
+    let chunks = cast_all(target, rays, observer, |places, hits| (places, hits))?;
     let mut all = AllHits::default();
     all.splits.reserve_exact(rays.len() + 1);
     all.splits.push(0);
@@ -367,7 +386,7 @@ fn cast_for_counts<R: RayRows + Sync>(
     rays: &[R],
     observer: &dyn Observer,
 ) -> Result<Vec<usize>> {
-    let chunks = cast_all(target, rays, observer, |rows| rows.places)?;
+    let chunks = cast_all(target, rays, observer, |places, _| places)?;
     Ok(chunks.into_iter().flatten().map(|place| place.len()).collect())
 }
 

@@ -5,6 +5,7 @@ mod batch;
 mod bundle;
 mod cast;
 mod caster;
+pub mod columns;
 mod filter_lanes;
 mod hit_lanes;
 mod leaf_kernel;

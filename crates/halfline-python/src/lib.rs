@@ -1,0 +1,32 @@
+//! `halfline._native`, what the Python package in `python/halfline` is made of: it converts and
+//! forwards. Arguments are checked there, where the messages are easier to make.
+
+mod arrays;
+mod call;
+mod command;
+mod error;
+mod mesh;
+mod pool;
+mod scene;
+
+/// The compiled part of halfline. Use the package `halfline`; nothing here is meant to last.
+#[pyo3::pymodule(gil_used = false)]
+mod _native {
+    use pyo3::prelude::*;
+
+    #[pymodule_export]
+    use crate::command::main;
+    #[pymodule_export]
+    use crate::error::FormatError;
+    #[pymodule_export]
+    use crate::mesh::{Mesh, MeshArray};
+    #[pymodule_export]
+    use crate::pool::{set_thread_count, thread_count};
+    #[pymodule_export]
+    use crate::scene::Scene;
+
+    #[pymodule_init]
+    fn init(module: &Bound<'_, PyModule>) -> PyResult<()> {
+        module.add("__version__", env!("CARGO_PKG_VERSION"))
+    }
+}

@@ -1,0 +1,194 @@
+//! `halfline._native.Scene`.
+
+use std::sync::Arc;
+
+use halfline::build::{BuildParameters, Preset};
+use halfline::scene::{HitColumns, RayColumns};
+use numpy::PyArray1;
+use pyo3::exceptions::PyValueError;
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+
+use crate::arrays::{NumberArray, Places, VectorArray, check_places, rows_mut};
+use crate::call::{Progress, here, on_pool};
+use crate::error::exception;
+use crate::mesh::Mesh;
+
+/// Up to so many rays are cast by the calling thread, since the library would give all of them to one
+/// thread anyway: to wake another takes as long as some hundred rays.
+const FEW: usize = 1 << 12;
+
+/// A mesh with its tree, which never change.
+#[pyclass(frozen, module = "halfline._native")]
+pub struct Scene {
+    scene: halfline::Scene,
+    preset: Preset,
+}
+
+/// All hits of each ray: splits, t, face, and u and v by turns.
+type AllHits<'py> = (
+    Bound<'py, PyArray1<i64>>,
+    Bound<'py, PyArray1<f64>>,
+    Bound<'py, PyArray1<i64>>,
+    Bound<'py, PyArray1<f64>>,
+);
+
+/// Lends the arguments of a question to the library.
+macro_rules! columns {
+    ($py:expr, $count:expr, $origins:expr, $directions:expr, $t_min:expr, $t_max:expr) => {
+        RayColumns::new(
+            $count,
+            $origins.column()?,
+            $directions.column()?,
+            $t_min.column()?,
+            $t_max.column()?,
+        )
+        .map_err(|error| exception($py, error))?
+    };
+}
+
+/// Asks a question about `count` rays where it is best answered.
+macro_rules! ask {
+    ($py:expr, $count:expr, $progress:expr, $work:expr) => {
+        if $count <= FEW { here($py, $progress, $work) } else { on_pool($py, $progress, $work) }
+    };
+}
+
+#[pymethods]
+#[expect(clippy::too_many_arguments, reason = "they are those of the questions in Python")]
+impl Scene {
+    #[staticmethod]
+    #[pyo3(signature = (mesh, preset, progress=None, /))]
+    fn build(py: Python, mesh: &Mesh, preset: &str, progress: Progress) -> PyResult<Scene> {
+        let known = Preset::ALL.into_iter().find(|known| known.name() == preset);
+        let preset = known.ok_or_else(|| {
+            let names = Preset::ALL.map(|preset| format!("'{}'", preset.name())).join(", ");
+            PyValueError::new_err(format!("preset: expected one of {names}, found '{preset}'"))
+        })?;
+        let mesh = mesh.0.clone();
+        let parameters = BuildParameters::preset(preset);
+        let scene = on_pool(py, progress, |observer| {
+            halfline::Scene::build_with(mesh, &parameters, observer)
+        })?;
+        Ok(Scene { scene, preset })
+    }
+
+    #[getter]
+    fn mesh(&self) -> Mesh {
+        Mesh(Arc::clone(self.scene.shared_mesh()))
+    }
+
+    #[getter]
+    fn preset(&self) -> &'static str {
+        self.preset.name()
+    }
+
+    /// The figures of the tree that are not those of the mesh.
+    fn info<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        let statistics = on_pool(py, None, |_| Ok(self.scene.tree_statistics()))?;
+        let tree = PyDict::new(py);
+        tree.set_item("depth", statistics.depth)?;
+        tree.set_item("nodes", statistics.nodes)?;
+        tree.set_item("plane_nodes", statistics.plane_nodes)?;
+        tree.set_item("group_nodes", statistics.group_nodes)?;
+        tree.set_item("leaves", statistics.leaves)?;
+        tree.set_item("empty_leaves", statistics.empty_leaves)?;
+        tree.set_item("leaves_by_size", statistics.leaves_by_size)?;
+        tree.set_item("references", statistics.references)?;
+        tree.set_item("references_per_triangle", statistics.references_per_triangle)?;
+        tree.set_item("sah_cost", statistics.sah_cost)?;
+        tree.set_item("bytes", statistics.bytes)?;
+        tree.set_item("bytes_per_triangle", statistics.bytes_per_triangle)?;
+
+        let [degenerate, non_finite] =
+            [self.scene.tree().skipped_zero_area, self.scene.tree().skipped_non_finite];
+        let info = PyDict::new(py);
+        info.set_item("skipped", degenerate + non_finite)?;
+        info.set_item("skipped_degenerate", degenerate)?;
+        info.set_item("skipped_non_finite", non_finite)?;
+        info.set_item("preset", self.preset.name())?;
+        info.set_item("tree", tree)?;
+        info.set_item("build_seconds", self.scene.build_time().as_secs_f64())?;
+        Ok(info)
+    }
+
+    #[pyo3(signature = (origins, directions, t_min, t_max, t, face, uv, progress=None, /))]
+    fn intersect(
+        &self,
+        py: Python,
+        origins: VectorArray,
+        directions: VectorArray,
+        t_min: NumberArray,
+        t_max: NumberArray,
+        mut t: Places<f64>,
+        mut face: Places<i64>,
+        mut uv: Places<f64>,
+        progress: Progress,
+    ) -> PyResult<()> {
+        let (t, face, uv) = (t.as_slice_mut()?, face.as_slice_mut()?, uv.as_slice_mut()?);
+        let (uv, count) = (rows_mut(uv)?, t.len());
+        check_places(count, &[face.len(), uv.len()])?;
+        let rays = columns!(py, count, origins, directions, t_min, t_max);
+        let hits = HitColumns { t, face, uv };
+        ask!(py, count, progress, |observer| self.scene.intersect_columns(&rays, hits, observer))
+    }
+
+    #[pyo3(signature = (origins, directions, t_min, t_max, flags, progress=None, /))]
+    fn occluded(
+        &self,
+        py: Python,
+        origins: VectorArray,
+        directions: VectorArray,
+        t_min: NumberArray,
+        t_max: NumberArray,
+        mut flags: Places<bool>,
+        progress: Progress,
+    ) -> PyResult<()> {
+        let flags = flags.as_slice_mut()?;
+        let count = flags.len();
+        let rays = columns!(py, count, origins, directions, t_min, t_max);
+        ask!(py, count, progress, |observer| self.scene.occluded_columns(&rays, flags, observer))
+    }
+
+    #[pyo3(signature = (origins, directions, t_min, t_max, counts, progress=None, /))]
+    fn count_intersections(
+        &self,
+        py: Python,
+        origins: VectorArray,
+        directions: VectorArray,
+        t_min: NumberArray,
+        t_max: NumberArray,
+        mut counts: Places<i64>,
+        progress: Progress,
+    ) -> PyResult<()> {
+        let counts = counts.as_slice_mut()?;
+        let count = counts.len();
+        let rays = columns!(py, count, origins, directions, t_min, t_max);
+        ask!(py, count, progress, |observer| {
+            self.scene.count_intersections_columns(&rays, counts, observer)
+        })
+    }
+
+    #[pyo3(signature = (count, origins, directions, t_min, t_max, progress=None, /))]
+    fn intersect_all<'py>(
+        &self,
+        py: Python<'py>,
+        count: usize,
+        origins: VectorArray,
+        directions: VectorArray,
+        t_min: NumberArray,
+        t_max: NumberArray,
+        progress: Progress,
+    ) -> PyResult<AllHits<'py>> {
+        let rays = columns!(py, count, origins, directions, t_min, t_max);
+        let all = ask!(py, count, progress, |observer| {
+            self.scene.intersect_all_columns(&rays, observer)
+        })?;
+        Ok((
+            PyArray1::from_vec(py, all.splits),
+            PyArray1::from_vec(py, all.t),
+            PyArray1::from_vec(py, all.face),
+            PyArray1::from_vec(py, all.uv.into_flattened()),
+        ))
+    }
+}

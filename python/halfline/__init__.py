@@ -1,0 +1,57 @@
+"""Casts rays at triangle meshes of any size through a kd-tree.
+
+    import halfline
+
+    scene = halfline.Scene(halfline.load("scan.ply"))
+    hits = scene.intersect(origins, directions)   # .t .face .uv .point .normal, misses inf / -1
+
+See `Scene` for what can be asked. `set_thread_count` and the environment variable HALFLINE_THREADS
+say how many threads work; by default it is as many as there are cores that the process may use.
+"""
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import TYPE_CHECKING
+
+from halfline._native import FormatError, __version__, set_thread_count, thread_count
+
+if TYPE_CHECKING:
+    from halfline._hits import AllHits, Hits
+    from halfline._mesh import Mesh, generate, load
+    from halfline._scene import Scene
+
+__all__ = [
+    "AllHits",
+    "FormatError",
+    "Hits",
+    "Mesh",
+    "Scene",
+    "__version__",
+    "generate",
+    "load",
+    "set_thread_count",
+    "thread_count",
+]
+
+# The command must start without NumPy, so what needs it is imported when it is asked for.
+_LAZY = {
+    "AllHits": "halfline._hits",
+    "Hits": "halfline._hits",
+    "Mesh": "halfline._mesh",
+    "Scene": "halfline._scene",
+    "generate": "halfline._mesh",
+    "load": "halfline._mesh",
+}
+
+if not TYPE_CHECKING:
+
+    def __getattr__(name: str) -> object:
+        if name in _LAZY:
+            value = getattr(import_module(_LAZY[name]), name)
+            globals()[name] = value
+            return value
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+
+    def __dir__() -> list[str]:
+        return sorted({*globals(), *_LAZY})

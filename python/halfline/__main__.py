@@ -1,0 +1,5 @@
+"""`python -m halfline` is the command."""
+
+from halfline._command import main
+
+main()

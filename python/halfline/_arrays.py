@@ -1,0 +1,172 @@
+"""What callers may pass, as the arrays that the compiled part takes.
+
+Nothing that is float32 or float64 and C-contiguous is copied, and no number is ever rounded: float16
+becomes float32, integers become float64 as NumPy converts them, and longdouble is refused.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any, NamedTuple, TypeAlias
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+FloatArray: TypeAlias = NDArray[np.float32] | NDArray[np.float64]
+"""C-contiguous, aligned, in the machine's byte order."""
+
+Vector: TypeAlias = tuple[float, float, float]
+"""What all rays have in common."""
+
+
+class Rays(NamedTuple):
+    """Rays as columns: each is the same for all rays, or an array with an entry for each."""
+
+    shape: tuple[int, ...]
+    """The leading dimensions of the answer."""
+
+    origins: FloatArray | Vector
+    directions: FloatArray | Vector
+    t_min: FloatArray | float
+    t_max: FloatArray | float
+
+
+def rays_of(
+    origins: ArrayLike,
+    directions: ArrayLike,
+    t_min: ArrayLike,
+    t_max: ArrayLike,
+) -> Rays:
+    """Checks rays, and broadcasts what they have against each other."""
+    starts = _vectors("origins", origins)
+    ways = _vectors("directions", directions)
+    begin = _numbers("t_min", t_min)
+    end = _numbers("t_max", t_max)
+    start_shape, way_shape = starts.shape[:-1], ways.shape[:-1]
+    if start_shape == way_shape and isinstance(begin, float) and isinstance(end, float):
+        shape = start_shape
+    else:
+        shape = _broadcast(start_shape, way_shape, np.shape(begin), np.shape(end))
+    return Rays(
+        shape,
+        _vector_column(starts, shape),
+        _vector_column(ways, shape),
+        _number_column(begin, shape),
+        _number_column(end, shape),
+    )
+
+
+def _broadcast(*shapes: tuple[int, ...]) -> tuple[int, ...]:
+    try:
+        return np.broadcast_shapes(*shapes)
+    except ValueError:
+        names = ("origins", "directions", "t_min", "t_max")
+        found = ", ".join(
+            f"{name} {shape}" for name, shape in zip(names, shapes, strict=True) if shape
+        )
+        raise ValueError(
+            "origins, directions, t_min, t_max: expected leading dimensions that broadcast "
+            f"together, found {found}"
+        ) from None
+
+
+def _vector_column(array: FloatArray, shape: tuple[int, ...]) -> FloatArray | Vector:
+    if array.size == 3:
+        x, y, z = array.reshape(3).tolist()
+        return x, y, z
+    return plain(np.broadcast_to(array, (*shape, 3)) if array.shape[:-1] != shape else array)
+
+
+def _number_column(value: FloatArray | float, shape: tuple[int, ...]) -> FloatArray | float:
+    if isinstance(value, float):
+        return value
+    if value.size == 1:
+        return float(value.reshape(()))
+    return plain(np.broadcast_to(value, shape) if value.shape != shape else value)
+
+
+def _vectors(name: str, value: ArrayLike) -> FloatArray:
+    array = floats(name, value, "(..., 3)")
+    if array.ndim == 0 or array.shape[-1] != 3:
+        raise ValueError(f"{name}: expected shape (..., 3), found {array.shape}")
+    return array
+
+
+def _numbers(name: str, value: ArrayLike) -> FloatArray | float:
+    if isinstance(value, float):
+        return float(value)
+    array = floats(name, value, "of the rays, or a number")
+    return float(array) if array.ndim == 0 else array
+
+
+def plain(array: FloatArray) -> FloatArray:
+    """The array itself if it is C-contiguous and aligned, else a copy that is."""
+    if array.flags.c_contiguous and array.flags.aligned:
+        return array
+    return array.copy(order="C")
+
+
+def floats(name: str, value: ArrayLike, shape: str) -> FloatArray:
+    """The array of float32 or float64 in which `value` loses nothing, in any layout."""
+    array = value if type(value) is np.ndarray else array_of(name, value, shape)
+    dtype = array.dtype
+    if dtype.char in "fd" and dtype.isnative:
+        return array
+    return array.astype(_float_type(name, dtype))
+
+
+def _float_type(name: str, dtype: np.dtype[Any]) -> type[np.float32] | type[np.float64]:
+    if dtype.kind == "f" and dtype.itemsize <= 4:
+        return np.float32
+    if dtype.kind in "iu" or dtype.char == "d":
+        return np.float64
+    if dtype.kind == "f":
+        raise TypeError(
+            f"{name}: expected float32, float64 or integers, found {dtype.name}, which would "
+            "have to be rounded: convert it with .astype(numpy.float64)"
+        )
+    raise TypeError(f"{name}: expected float32, float64 or integers, found {dtype.name}")
+
+
+def array_of(name: str, value: ArrayLike, shape: str) -> NDArray[Any]:
+    """What NumPy makes of a list, or of anything with `__array__`."""
+    try:
+        return np.asarray(value)
+    except ValueError as error:
+        raise ValueError(
+            f"{name}: expected an array of shape {shape}, found what NumPy cannot make an array "
+            f"of: {error}"
+        ) from None
+
+
+def vertices_of(value: ArrayLike) -> FloatArray:
+    """Checks vertices of a mesh."""
+    array = floats("vertices", value, "(n, 3)")
+    if array.ndim != 2 or array.shape[1] != 3:
+        if array.size == 0:
+            array = array.reshape(0, 3)
+        else:
+            raise ValueError(f"vertices: expected shape (n, 3), found {array.shape}")
+    return plain(array)
+
+
+def faces_of(value: ArrayLike) -> NDArray[Any]:
+    """Checks faces of a mesh: they come as 32-bit or 64-bit integers, whichever are quickest."""
+    array = value if type(value) is np.ndarray else array_of("faces", value, "(m, 3)")
+    if array.size == 0 and array.ndim <= 2:
+        # An empty list is of floats, as far as NumPy knows.
+        return np.empty((0, 3), dtype=np.int64)
+    if array.dtype.kind not in "iu":
+        raise TypeError(f"faces: expected integers, found {array.dtype.name}")
+    if array.ndim != 2 or array.shape[1] != 3:
+        raise ValueError(f"faces: expected shape (m, 3), found {array.shape}")
+    if array.itemsize < 4:
+        array = array.astype(np.int32)
+    else:
+        array = array.astype(array.dtype.newbyteorder("="), copy=False)
+    return np.require(array, requirements=["C", "ALIGNED"])
+
+
+def count_of(shape: tuple[int, ...]) -> int:
+    """How many rays have these leading dimensions."""
+    return math.prod(shape)

@@ -1,0 +1,188 @@
+"""Meshes."""
+
+from __future__ import annotations
+
+import operator
+import os
+from typing import Any, Protocol, TypeAlias
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from halfline import _native
+from halfline._arrays import FloatArray, faces_of, vertices_of
+from halfline._html import table
+from halfline._progress import Progress, reporting
+
+
+class MeshLike(Protocol):
+    """Anything with vertices and faces, such as trimesh's `Trimesh`."""
+
+    @property
+    def vertices(self) -> Any:
+        """Shape (n, 3)."""
+
+    @property
+    def faces(self) -> Any:
+        """Shape (m, 3)."""
+
+
+Path: TypeAlias = str | bytes | os.PathLike[str] | os.PathLike[bytes]
+
+
+class Mesh:
+    """Vertices and triangles, which never change.
+
+    The arrays given are copied once; coordinates keep their precision, and faces their order: the
+    face index of every hit is a row of `faces`.
+
+    Args:
+        vertices: Coordinates, shape (n, 3), float32 or float64. Integers and float16 are converted.
+            A vertex may be infinite or NaN; its faces are never hit.
+        faces: Indices of vertices, shape (m, 3), any integers.
+
+    Raises:
+        TypeError: For other dtypes.
+        ValueError: For other shapes, and for an index that has no vertex.
+    """
+
+    __slots__ = ("__weakref__", "_bounds", "_faces", "_native", "_vertices")
+
+    _native: _native.Mesh
+    _vertices: FloatArray | None
+    _faces: NDArray[np.uint32] | None
+    _bounds: NDArray[np.float64] | None
+
+    def __init__(self, vertices: ArrayLike, faces: ArrayLike) -> None:
+        self._hold(_native.Mesh.from_arrays(vertices_of(vertices), faces_of(faces)))
+
+    @classmethod
+    def _of(cls, native: _native.Mesh) -> Mesh:
+        mesh = cls.__new__(cls)
+        mesh._hold(native)
+        return mesh
+
+    def _hold(self, native: _native.Mesh) -> None:
+        self._native = native
+        self._vertices = self._faces = self._bounds = None
+
+    @property
+    def vertices(self) -> FloatArray:
+        """Coordinates, shape (n, 3), float32 or float64: a read-only view that keeps the mesh."""
+        if self._vertices is None:
+            self._vertices = np.asarray(self._native.vertices)
+        return self._vertices
+
+    @property
+    def faces(self) -> NDArray[np.uint32]:
+        """Indices of vertices, shape (m, 3), uint32: a read-only view that keeps the mesh."""
+        if self._faces is None:
+            self._faces = np.asarray(self._native.faces)
+        return self._faces
+
+    @property
+    def bounds(self) -> NDArray[np.float64]:
+        """Least and largest coordinates, shape (2, 3), float64.
+
+        Of all finite vertices that a face uses; NaN if there are none. Read-only.
+        """
+        if self._bounds is None:
+            found = self._native.bounds()
+            bounds = np.full((2, 3), np.nan) if found is None else np.array(found)
+            bounds.flags.writeable = False
+            self._bounds = bounds
+        return self._bounds
+
+    def __copy__(self) -> Mesh:
+        return self
+
+    def __deepcopy__(self, memo: dict[int, Any]) -> Mesh:
+        return self
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return _unpickle, (self.vertices, self.faces, self._native.extras())
+
+    def __repr__(self) -> str:
+        native = self._native
+        return (
+            f"<halfline.Mesh: {native.triangle_count:,} triangles, "
+            f"{native.vertex_count:,} vertices, {self._precision}>"
+        )
+
+    @property
+    def _precision(self) -> str:
+        return "float32" if self._native.is_single_precision else "float64"
+
+    def _figures(self) -> list[tuple[str, str]]:
+        least, largest = self.bounds.tolist()
+        spans = zip("xyz", least, largest, strict=True)
+        return [
+            ("triangles", f"{self._native.triangle_count:,}"),
+            ("vertices", f"{self._native.vertex_count:,}, {self._precision}"),
+            *((f"{axis}", f"{low:.6g} to {high:.6g}") for axis, low, high in spans),
+        ]
+
+    def _repr_html_(self) -> str:
+        return table("Mesh", self._figures())
+
+
+def _unpickle(vertices: FloatArray, faces: NDArray[np.uint32], extras: _native.Extras) -> Mesh:
+    """The mesh that these were taken from, with what its file said about it."""
+    bare = _native.Mesh.from_arrays(vertices_of(vertices), faces_of(faces))
+    return Mesh._of(bare if extras == (None, None, None, []) else bare.with_extras(extras))
+
+
+def load(path: Path, *, progress: Progress = None) -> Mesh:
+    """Reads a mesh from a PLY, STL, OBJ, OFF, glTF or GLB file, each also gzipped.
+
+    The format is known by the content, or else by the extension. Polygons are cut into triangles,
+    and the vertices of STL files are welded where they are equal.
+
+    Args:
+        path: The file.
+        progress: True for a bar (of tqdm, where it is installed), or a callable
+            `progress(stage, done, total)` with the stage "load" and bytes of the file.
+
+    Returns:
+        The mesh, with coordinates in the file's precision.
+
+    Raises:
+        FormatError: If the file is not what it should be; a ValueError.
+        OSError: If the file cannot be read, in the subclass that says why.
+        KeyboardInterrupt: On Ctrl-C.
+    """
+    with reporting(progress) as report:
+        return Mesh._of(_native.Mesh.load(os.fsdecode(path), report))
+
+
+def generate(kind: str, triangles: int, seed: int = 0, *, progress: Progress = None) -> Mesh:
+    """Makes a mesh to try things on, the same for the same arguments on every machine.
+
+    Args:
+        kind: "scan", "sphere", "soup", "terrain" or "hall"; or one of Haines's Standard Procedural
+            Databases (1987): "balls", "gears", "mount", "rings", "teapot", "tetra", "tree".
+            `halfline generate --help` says what they are. z points up.
+        triangles: How many triangles it should have; some kinds only come near.
+        seed: Another seed gives another mesh, for scan, soup, terrain, hall and mount; from 0 to
+            2^64 - 1.
+        progress: True for a bar, or a callable `progress(stage, done, total)` with the stage "load"
+            and triangles.
+
+    Returns:
+        The mesh, with coordinates in float32.
+
+    Raises:
+        ValueError: For an unknown kind, and for numbers out of range.
+        KeyboardInterrupt: On Ctrl-C.
+    """
+    count = _natural("triangles", triangles)
+    number = _natural("seed", seed)
+    with reporting(progress) as report:
+        return Mesh._of(_native.Mesh.generate(kind, count, number, report))
+
+
+def _natural(name: str, value: int) -> int:
+    number = operator.index(value)
+    if not 0 <= number < 2**64:
+        raise ValueError(f"{name}: expected a number from 0 to 2**64 - 1, found {number}")
+    return number

@@ -1,0 +1,117 @@
+"""The compiled part of halfline; crates/halfline-python."""
+
+from collections.abc import Callable, Sequence
+from typing import Any, Literal, TypeAlias, final
+
+import numpy as np
+from numpy.typing import NDArray
+
+__version__: str
+
+_Report: TypeAlias = Callable[[str, int, int], object]
+_Floats: TypeAlias = NDArray[np.float32] | NDArray[np.float64]
+_Vectors: TypeAlias = _Floats | tuple[float, float, float]
+_Numbers: TypeAlias = _Floats | float
+_Material: TypeAlias = tuple[Sequence[float], float, float, float, float]
+Extras: TypeAlias = tuple[
+    NDArray[np.uint32] | None, NDArray[np.uint8] | None, NDArray[np.uint32] | None, list[_Material]
+]
+
+class FormatError(ValueError): ...
+
+def main(arguments: list[str], /) -> int: ...
+def thread_count() -> int: ...
+def set_thread_count(count: int | None, /) -> None: ...
+
+@final
+class MeshArray:
+    @property
+    def __array_interface__(self) -> dict[str, Any]: ...
+
+@final
+class Mesh:
+    @staticmethod
+    def load(path: str, progress: _Report | None = None, /) -> Mesh: ...
+    @staticmethod
+    def generate(
+        kind: str, triangles: int, seed: int, progress: _Report | None = None, /
+    ) -> Mesh: ...
+    @staticmethod
+    def from_arrays(vertices: _Floats, faces: NDArray[Any], /) -> Mesh: ...
+    @property
+    def vertices(self) -> MeshArray: ...
+    @property
+    def faces(self) -> MeshArray: ...
+    @property
+    def vertex_count(self) -> int: ...
+    @property
+    def triangle_count(self) -> int: ...
+    @property
+    def is_single_precision(self) -> bool: ...
+    def bounds(self) -> list[list[float]] | None: ...
+    def surface(
+        self,
+        face: NDArray[np.int64],
+        uv: NDArray[np.float64],
+        points: NDArray[np.float64],
+        normals: NDArray[np.float64],
+    ) -> None: ...
+    def extras(self) -> Extras: ...
+    def with_extras(self, extras: Extras) -> Mesh: ...
+
+@final
+class Scene:
+    @staticmethod
+    def build(
+        mesh: Mesh,
+        preset: Literal["fast", "balanced", "best"] | str,
+        progress: _Report | None = None,
+        /,
+    ) -> Scene: ...
+    @property
+    def mesh(self) -> Mesh: ...
+    @property
+    def preset(self) -> str: ...
+    def info(self) -> dict[str, Any]: ...
+    def intersect(
+        self,
+        origins: _Vectors,
+        directions: _Vectors,
+        t_min: _Numbers,
+        t_max: _Numbers,
+        t: NDArray[np.float64],
+        face: NDArray[np.int64],
+        uv: NDArray[np.float64],
+        progress: _Report | None = None,
+        /,
+    ) -> None: ...
+    def occluded(
+        self,
+        origins: _Vectors,
+        directions: _Vectors,
+        t_min: _Numbers,
+        t_max: _Numbers,
+        flags: NDArray[np.bool_],
+        progress: _Report | None = None,
+        /,
+    ) -> None: ...
+    def count_intersections(
+        self,
+        origins: _Vectors,
+        directions: _Vectors,
+        t_min: _Numbers,
+        t_max: _Numbers,
+        counts: NDArray[np.int64],
+        progress: _Report | None = None,
+        /,
+    ) -> None: ...
+    def intersect_all(
+        self,
+        count: int,
+        origins: _Vectors,
+        directions: _Vectors,
+        t_min: _Numbers,
+        t_max: _Numbers,
+        progress: _Report | None = None,
+        /,
+    ) -> tuple[NDArray[np.int64], NDArray[np.float64], NDArray[np.int64], NDArray[np.float64]]: ...
