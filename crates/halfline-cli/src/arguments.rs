@@ -26,7 +26,7 @@ const STYLES: Styles = Styles::styled()
 
 /// Casts rays at triangle meshes of any size: pictures, hits as NumPy arrays, facts.
 #[derive(Debug, Parser)]
-#[command(name = "halfline", version, after_help = EXAMPLES, styles = STYLES)]
+#[command(name = "halfline", bin_name = "halfline", version, after_help = EXAMPLES, styles = STYLES)]
 #[command(max_term_width = 100, propagate_version = true, subcommand_required = true)]
 #[command(arg_required_else_help = true, disable_help_subcommand = true)]
 pub struct Arguments {

@@ -9,11 +9,11 @@ use halfline::mesh::Mesh;
 use halfline::progress::{Observer, Stage};
 use halfline::scene::AllHits;
 use halfline::textbook::{KdTree, SurfaceArea, Termination};
-use halfline_cli::npy::RayFile;
 use serde_json::json;
 
 use crate::engine::{BruteForce, Engine};
 use crate::failure::Failure;
+use crate::npy::RayFile;
 use crate::npz::Archive;
 use crate::output::Interruptible;
 use crate::session::{Figures, Session};

@@ -1,6 +1,7 @@
 //! `halfline render`: a picture of a mesh.
 
 mod options;
+mod picture_options;
 
 use std::io::BufWriter;
 use std::path::Path;
@@ -10,6 +11,7 @@ use halfline_render::Rendering;
 use serde_json::json;
 
 pub use options::Options;
+pub use picture_options::PictureOptions;
 
 use crate::failure::Failure;
 use crate::session::{Figures, Session};
@@ -19,8 +21,7 @@ use crate::{output, session, units};
 /// Draws the picture.
 pub fn run(options: &Options, session: Session) -> Result<(), Failure> {
     output::check(&options.output, &[&options.mesh])?;
-    options.check()?;
-    let settings = options.settings();
+    let settings = options.picture.settings().map_err(Failure::Usage)?;
     let (mesh, load_seconds) = session.load(&options.mesh)?;
     let triangles = mesh.triangle_count() as u64;
     let (scene, build_seconds) =

@@ -1,7 +1,5 @@
 //! What may be said about a picture, and the settings that it means.
 
-use std::path::PathBuf;
-
 use clap::{Args, ValueEnum};
 use halfline::geometry::Vec3;
 use halfline::mesh::{Material, linear_from_srgb};
@@ -10,31 +8,11 @@ use halfline_render::{
     RenderSettings, Shading, Up,
 };
 
-use crate::failure::Failure;
-use crate::tree_options::TreeOptions;
-use crate::{output, values};
+use crate::values;
 
-const EXAMPLES: &str = "\
-Examples:
-  halfline render scan.ply -o scan.png --up +Z
-  halfline render bunny.stl -o bunny.png --no-background --color '#c08040'
-  halfline render hall.ply -o hall.exr --camera-position 1,2,30 --camera-focal-point 1,2,0
-  halfline render scan.ply -o glass.png --shading whitted --material glass --ground=checker
-  halfline render scan.ply -o cost.png --shading steps --resolution 1920,1080";
-
-/// The options of `halfline render`.
+/// All that makes [`RenderSettings`].
 #[derive(Debug, Args)]
-#[command(after_help = EXAMPLES)]
-pub struct Options {
-    /// The mesh to draw
-    #[arg(value_name = "MESH")]
-    pub mesh: PathBuf,
-
-    /// Where the picture goes: .png, or .exr with depth, normals and face ids
-    #[arg(short, long, value_name = "FILE")]
-    #[arg(value_parser = output::path_with_extension(&["png", "exr"]))]
-    pub output: PathBuf,
-
+pub struct PictureOptions {
     /// Size of the picture in pixels
     #[arg(long, value_name = "W,H", default_value = "1280,720", value_parser = values::resolution)]
     resolution: (u32, u32),
@@ -51,10 +29,6 @@ pub struct Options {
     /// Chooses among equally good random numbers
     #[arg(long, value_name = "N", default_value_t = 0)]
     seed: u64,
-
-    /// How the tree is built.
-    #[command(flatten)]
-    pub tree: TreeOptions,
 
     #[command(flatten)]
     camera: CameraOptions,
@@ -293,9 +267,18 @@ impl MaterialOptions {
     }
 }
 
-impl Options {
-    /// The settings of the picture.
-    pub fn settings(&self) -> RenderSettings {
+impl PictureOptions {
+    /// The settings of the picture; the reason if options that are right by themselves make no sense
+    /// together.
+    pub fn settings(&self) -> Result<RenderSettings, String> {
+        let camera = &self.camera;
+        if camera.camera_position.is_some() && camera.camera_position == camera.camera_focal_point {
+            return Err("--camera-position and --camera-focal-point are the same point".into());
+        }
+        Ok(self.unchecked_settings())
+    }
+
+    fn unchecked_settings(&self) -> RenderSettings {
         let (camera, surroundings) = (&self.camera, &self.surroundings);
         RenderSettings {
             width: self.resolution.0,
@@ -334,15 +317,5 @@ impl Options {
             occlusion_reach: self.light.occlusion_reach,
             occlusion_rays: self.light.occlusion_rays,
         }
-    }
-
-    /// Refuses what no single option shows to be wrong.
-    pub fn check(&self) -> Result<(), Failure> {
-        let camera = &self.camera;
-        if camera.camera_position.is_some() && camera.camera_position == camera.camera_focal_point {
-            let reason = "--camera-position and --camera-focal-point are the same point";
-            return Err(Failure::Usage(reason.into()));
-        }
-        Ok(())
     }
 }
