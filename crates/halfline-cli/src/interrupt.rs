@@ -38,14 +38,16 @@ pub fn listen() -> Result<Listening, Error> {
     /// How often there was a run; handlers stay for good after the first.
     static RUNS: Mutex<u64> = Mutex::new(0);
     let mut runs = RUNS.lock().unwrap_or_else(|poisoned| poisoned.into_inner());
+    // The run is known before the first signal can come for it.
+    CANCELLED.store(false, Ordering::Relaxed);
+    RUN.store(*runs + 1, Ordering::Relaxed);
+    let listening = Listening;
     if *runs == 0 {
         listen_for(on_signal)
             .map_err(|error| Error::invalid("signals", format!("cannot listen: {error}")))?;
     }
     *runs += 1;
-    CANCELLED.store(false, Ordering::Relaxed);
-    RUN.store(*runs, Ordering::Relaxed);
-    Ok(Listening)
+    Ok(listening)
 }
 
 /// Asks the work to end; false if there is none.
@@ -80,11 +82,9 @@ fn end_now() -> ! {
 #[cfg(unix)]
 fn listen_for(on_signal: fn() -> bool) -> std::io::Result<()> {
     use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
-    let mut wanted = vec![SIGINT, SIGTERM];
+    let mut wanted = vec![SIGHUP, SIGTERM, SIGINT];
     // `nohup` starts us with SIGHUP ignored, and means it.
-    if !is_in_mask("SigIgn:", SIGHUP) {
-        wanted.push(SIGHUP);
-    }
+    wanted.retain(|&signal| signal != SIGHUP || !is_in_mask("SigIgn:", signal));
     // Handlers of the host are called in any case; only the default action is not.
     let of_host: Vec<i32> =
         wanted.iter().copied().filter(|&signal| is_in_mask("SigCgt:", signal)).collect();

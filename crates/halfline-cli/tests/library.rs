@@ -22,7 +22,7 @@ fn options_are_those_of_the_command() {
                 --camera-position 1,2,-3 --background-color #ffffff --ground=checker \
                 --ground-height -1 --material glass --base-ior 1.4 --smooth-angle 30 \
                 --light directional:direction=0,0,-1 --light directional:direction=0,-1,0 --max-depth 3";
-    let settings = settings(&line).unwrap();
+    let settings = settings(line).unwrap();
     assert_eq!((settings.width, settings.height), (64, 48));
     assert_eq!(settings.shading, Shading::Whitted);
     assert_eq!((settings.samples, settings.seed, settings.max_depth), (9, 7, 3));
