@@ -18,6 +18,7 @@ mod picture;
 mod program;
 mod progress;
 mod session;
+mod source;
 mod table;
 mod tree_options;
 mod units;

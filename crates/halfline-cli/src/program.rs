@@ -2,6 +2,7 @@
 
 use std::ffi::OsString;
 use std::io::Write;
+use std::sync::Once;
 
 use clap::error::ErrorKind;
 use clap::{CommandFactory, Parser};
@@ -35,6 +36,7 @@ pub fn run(arguments: impl IntoIterator<Item = OsString>) -> u8 {
 }
 
 fn execute(arguments: &Arguments) -> Result<(), Failure> {
+    keep_guarded_panics_quiet();
     let _listening = interrupt::listen()?;
     let session = Session::start(&arguments.global)?;
     match &arguments.command {
@@ -42,8 +44,22 @@ fn execute(arguments: &Arguments) -> Result<(), Failure> {
         Command::Info(options) => commands::info::run(options, session),
         Command::Doctor(options) => commands::doctor::run(options, session),
         Command::Query(options) => commands::query::run(options, session),
+        Command::Build(options) => commands::build::run(options, session),
         Command::Generate(options) => commands::generate::run(options, session),
     }
+}
+
+/// What goes wrong on a damaged tree ends as an error, and needs no message from the panic as well.
+fn keep_guarded_panics_quiet() {
+    static ONCE: Once = Once::new();
+    ONCE.call_once(|| {
+        let hook = std::panic::take_hook();
+        std::panic::set_hook(Box::new(move |panic| {
+            if !halfline::scene::is_guarded() {
+                hook(panic);
+            }
+        }));
+    });
 }
 
 /// Says how it ended, unless well.

@@ -100,10 +100,7 @@ fn a_host_outlives_the_command() {
     #[cfg(unix)]
     {
         use std::time::Duration;
-        let slow = format!(
-            "render {sphere} -o {} --resolution 4000,4000 --samples 4096 --quiet",
-            file("sphere.png")
-        );
+        let slow = format!("render {sphere} -o {} --samples 65536 --quiet", file("sphere.png"));
         let interrupt = std::thread::spawn(|| {
             std::thread::sleep(Duration::from_millis(500));
             let pid = std::process::id().to_string();

@@ -30,6 +30,14 @@ use crate::world::World;
 pub struct Plan<S> {
     scene: S,
     settings: RenderSettings,
+    prepared: Preparation,
+    origin: Origin,
+    /// Rays from the eye that a tile casts together, more or less.
+    batch: usize,
+}
+
+/// What is found out by looking at all of the mesh.
+struct Preparation {
     camera: Camera,
     /// The middle of the model and the length of its diagonal.
     center: Vec3,
@@ -38,18 +46,11 @@ pub struct Plan<S> {
     default_material: Material,
     materials: Vec<Material>,
     smooth: Option<SmoothNormals>,
-    origin: Origin,
-    /// Rays from the eye that a tile casts together, more or less.
-    batch: usize,
+    scene_mark: u64,
 }
 
-impl<S: Deref<Target = Scene>> Plan<S> {
-    /// Prepares the picture of `scene` that `settings` describe.
-    ///
-    /// # Errors
-    /// [`Error::Invalid`] if a setting makes no sense, naming it.
-    pub fn new(scene: S, settings: &RenderSettings) -> Result<Plan<S>> {
-        settings.check()?;
+impl Preparation {
+    fn new(scene: &Scene, settings: &RenderSettings) -> Result<Preparation> {
         let mesh = scene.mesh();
         let bounds = mesh.bounds();
         let (center, size) = center_and_size(&bounds)?;
@@ -61,7 +62,7 @@ impl<S: Deref<Target = Scene>> Plan<S> {
             default_material.base_color = [1.0; 4];
         }
         let up = settings.camera.up;
-        Ok(Plan {
+        Ok(Preparation {
             camera,
             center,
             size,
@@ -69,14 +70,22 @@ impl<S: Deref<Target = Scene>> Plan<S> {
             default_material,
             materials: mesh.materials.iter().map(tame).collect(),
             smooth: settings.smooth_angle.map(|angle| SmoothNormals::new(mesh, angle)),
-            origin: Origin {
-                settings: settings_mark(settings),
-                scene: scene_mark(&scene, &bounds),
-            },
-            batch: tile::BATCH,
-            settings: settings.clone(),
-            scene,
+            scene_mark: scene_mark(scene, &bounds),
         })
+    }
+}
+
+impl<S: Deref<Target = Scene>> Plan<S> {
+    /// Prepares the picture of `scene` that `settings` describe.
+    ///
+    /// # Errors
+    /// [`Error::Invalid`] if a setting makes no sense, naming it; [`Error::Format`] if the scene comes
+    /// from a file that is damaged.
+    pub fn new(scene: S, settings: &RenderSettings) -> Result<Plan<S>> {
+        settings.check()?;
+        let prepared = scene.guarded(|| Preparation::new(&scene, settings))?;
+        let origin = Origin { settings: settings_mark(settings), scene: prepared.scene_mark };
+        Ok(Plan { scene, settings: settings.clone(), prepared, origin, batch: tile::BATCH })
     }
 
     /// What the picture is to be like.
@@ -94,7 +103,8 @@ impl<S: Deref<Target = Scene>> Plan<S> {
     ///
     /// # Errors
     /// [`Error::Invalid`] if `rows` are none, or not all of the picture;
-    /// [`Error::Interrupted`] soon after `observer` asks for the end.
+    /// [`Error::Interrupted`] soon after `observer` asks for the end; [`Error::Format`] if the scene
+    /// comes from a file that is damaged.
     pub fn trace_rows(&self, rows: Range<u32>, observer: &dyn Observer) -> Result<Rows> {
         let height = self.settings.height;
         if rows.is_empty() || rows.end > height {
@@ -106,44 +116,46 @@ impl<S: Deref<Target = Scene>> Plan<S> {
         let integrator = self.integrator(&world);
         let brush = Brush {
             settings: &self.settings,
-            camera: &self.camera,
+            camera: &self.prepared.camera,
             integrator: integrator.as_ref(),
             batch: self.batch,
         };
         let first_row = rows.start;
-        let traced = Job { brush, world: &world, observer }.trace(rows)?;
+        let job = Job { brush, world: &world, observer };
+        let traced = self.scene.guarded(|| job.trace(rows))?;
         Ok(Rows { origin: self.origin, first_row, picture_height: height, traced })
     }
 
     fn world(&self) -> World<'_> {
         let has_clear_material = match self.settings.material {
             Some(material) => material.transmission > 0.0,
-            None => self.materials.iter().any(|material| material.transmission > 0.0),
+            None => self.prepared.materials.iter().any(|material| material.transmission > 0.0),
         };
         World {
             scene: &self.scene,
-            ground: self.ground,
+            ground: self.prepared.ground,
             up: self.settings.camera.up.vector(),
             material: self.settings.material,
-            default_material: self.default_material,
-            materials: &self.materials,
+            default_material: self.prepared.default_material,
+            materials: &self.prepared.materials,
             has_clear_material,
-            smooth: self.smooth.as_ref(),
+            smooth: self.prepared.smooth.as_ref(),
             srgb: srgb8_table(),
         }
     }
 
     fn integrator<'a>(&'a self, world: &'a World<'a>) -> Box<dyn Integrator + 'a> {
-        let (settings, camera) = (&self.settings, &self.camera);
+        let (settings, prepared) = (&self.settings, &self.prepared);
+        let camera = &prepared.camera;
         match settings.shading {
             Shading::Clay => {
-                let reach = settings.occlusion_reach * self.size;
+                let reach = settings.occlusion_reach * prepared.size;
                 Box::new(Clay::new(world, camera, reach, settings.occlusion_rays))
             }
             Shading::Whitted => Box::new(Whitted {
                 world,
                 lights: if settings.lights.is_empty() {
-                    default_lights(camera, self.center, self.size)
+                    default_lights(camera, prepared.center, prepared.size)
                 } else {
                     settings.lights.clone()
                 },
