@@ -6,7 +6,6 @@ use std::sync::Arc;
 use halfline::Error;
 use halfline::error::Result;
 use halfline::map::Buffer;
-use halfline::map::Buffer;
 use halfline::mesh::generate::{self, Kind};
 use halfline::mesh::{Material, Positions};
 use halfline::numeric::SurfacePoint;
@@ -201,7 +200,7 @@ impl Mesh {
             if numbers.iter().any(|&number| number as usize >= materials.len()) {
                 return Err(PyValueError::new_err("a triangle's material is none of the mesh"));
             }
-            mesh.triangle_materials = Some(numbers);
+            mesh.triangle_materials = Some(numbers.into());
         }
         mesh.materials = materials
             .into_iter()
