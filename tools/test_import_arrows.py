@@ -95,7 +95,7 @@ def test_a_complaint_names_the_line(tmp_path: Path) -> None:
 def test_unsafe_is_caught_outside_its_rooms(tmp_path: Path) -> None:
     block = "fn f() { unsafe { g() } }"
     files = {
-        "io/map.rs": block,
+        "map/mod.rs": block,
         "simd/avx2.rs": block,
         "io/ply.rs": "// unsafe\n" + block,
         "mesh/mod.rs": "#[cfg(test)] mod tests { " + block + " }",

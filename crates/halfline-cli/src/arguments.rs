@@ -4,7 +4,7 @@ use clap::builder::Styles;
 use clap::builder::styling::AnsiColor;
 use clap::{Parser, Subcommand};
 
-use crate::commands::{doctor, generate, info, query, render};
+use crate::commands::{build, doctor, generate, info, query, render};
 use crate::global_options::GlobalOptions;
 
 const EXAMPLES: &str = "\
@@ -13,9 +13,10 @@ Examples:
   halfline info scan.ply                         what the mesh and its tree are like
   halfline doctor scan.ply                       whether it is closed, and rays find no gap
   halfline query scan.ply rays.npy -o hits.npz   where a million rays hit
+  halfline build scan.ply -o scan.hlt            its tree, which all of these open at once
   halfline generate sphere -n 100000 -o s.ply    a mesh to try things on
 
-Meshes: PLY (also .ply.gz), STL, OBJ, OFF, glTF, GLB.
+Meshes: PLY (also .ply.gz), STL, OBJ, OFF, glTF, GLB, and trees: .hlt.
 Exit codes: 0 done, 1 the input or the work failed, 2 wrong arguments, 130 interrupted.";
 
 const STYLES: Styles = Styles::styled()
@@ -26,7 +27,7 @@ const STYLES: Styles = Styles::styled()
 
 /// Casts rays at triangle meshes of any size: pictures, hits as NumPy arrays, facts.
 #[derive(Debug, Parser)]
-#[command(name = "halfline", version, after_help = EXAMPLES, styles = STYLES)]
+#[command(name = "halfline", bin_name = "halfline", version, after_help = EXAMPLES, styles = STYLES)]
 #[command(max_term_width = 100, propagate_version = true, subcommand_required = true)]
 #[command(arg_required_else_help = true, disable_help_subcommand = true)]
 pub struct Arguments {
@@ -49,6 +50,8 @@ pub enum Command {
     Doctor(doctor::Options),
     /// Cast the rays of a NumPy file at a mesh
     Query(query::Options),
+    /// Build a mesh's kd-tree, as a file that takes the mesh's place
+    Build(build::Options),
     /// Make a mesh to try things on
     Generate(generate::Options),
 }

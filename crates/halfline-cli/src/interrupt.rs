@@ -1,8 +1,11 @@
 //! Ctrl-C: the first asks the work to end, the second ends the process.
 
 use std::io::{IsTerminal, Write};
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::time::Duration;
+
+use halfline::Error;
 
 /// What the process answers after it was interrupted: 128 + SIGINT, as shells expect it.
 pub const EXIT_CODE: u8 = 130;
@@ -18,17 +21,52 @@ pub fn cancelled() -> bool {
     CANCELLED.load(Ordering::Relaxed)
 }
 
+/// The number of the run that signals are for; 0 while there is none.
+static RUN: AtomicU64 = AtomicU64::new(0);
+
+/// As long as this lives, signals end the work instead of the process.
+pub struct Listening;
+
+impl Drop for Listening {
+    fn drop(&mut self) {
+        RUN.store(0, Ordering::Relaxed);
+    }
+}
+
 /// From here on SIGINT, SIGTERM and SIGHUP end the work instead of the process.
-pub fn listen() -> std::io::Result<()> {
-    listen_for(|| {
-        if CANCELLED.swap(true, Ordering::Relaxed) {
+pub fn listen() -> Result<Listening, Error> {
+    /// How often there was a run; handlers stay for good after the first.
+    static RUNS: Mutex<u64> = Mutex::new(0);
+    let mut runs = RUNS.lock().unwrap_or_else(|poisoned| poisoned.into_inner());
+    // The run is known before the first signal can come for it.
+    CANCELLED.store(false, Ordering::Relaxed);
+    RUN.store(*runs + 1, Ordering::Relaxed);
+    let listening = Listening;
+    if *runs == 0 {
+        listen_for(on_signal)
+            .map_err(|error| Error::invalid("signals", format!("cannot listen: {error}")))?;
+    }
+    *runs += 1;
+    Ok(listening)
+}
+
+/// Asks the work to end; false if there is none.
+fn on_signal() -> bool {
+    let run = RUN.load(Ordering::Relaxed);
+    if run == 0 {
+        return false;
+    }
+    if CANCELLED.swap(true, Ordering::Relaxed) {
+        end_now();
+    }
+    std::thread::spawn(move || {
+        std::thread::sleep(PATIENCE);
+        // A host goes on after the work has ended.
+        if RUN.load(Ordering::Relaxed) == run {
             end_now();
         }
-        std::thread::spawn(|| {
-            std::thread::sleep(PATIENCE);
-            end_now();
-        });
-    })
+    });
+    true
 }
 
 /// Ends the process without waiting for the work.
@@ -40,32 +78,44 @@ fn end_now() -> ! {
     std::process::exit(EXIT_CODE.into())
 }
 
+/// Calls `on_signal` at each signal; one that it does not want does what it did before.
 #[cfg(unix)]
-fn listen_for(mut on_signal: impl FnMut() + Send + 'static) -> std::io::Result<()> {
+fn listen_for(on_signal: fn() -> bool) -> std::io::Result<()> {
     use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
-    let mut signals = signal_hook::iterator::Signals::new([SIGINT, SIGTERM])?;
+    let mut wanted = vec![SIGHUP, SIGTERM, SIGINT];
     // `nohup` starts us with SIGHUP ignored, and means it.
-    if !ignored_at_start(SIGHUP) {
-        signals.add_signal(SIGHUP)?;
-    }
-    std::thread::Builder::new()
-        .name("signals".into())
-        .spawn(move || signals.forever().for_each(|_| on_signal()))
-        .map(drop)
+    wanted.retain(|&signal| signal != SIGHUP || !is_in_mask("SigIgn:", signal));
+    // Handlers of the host are called in any case; only the default action is not.
+    let of_host: Vec<i32> =
+        wanted.iter().copied().filter(|&signal| is_in_mask("SigCgt:", signal)).collect();
+    let mut signals = signal_hook::iterator::Signals::new(wanted)?;
+    let listen = move || {
+        for signal in signals.forever() {
+            if !on_signal() && !of_host.contains(&signal) {
+                let _ = signal_hook::low_level::emulate_default_handler(signal);
+            }
+        }
+    };
+    std::thread::Builder::new().name("signals".into()).spawn(listen).map(drop)
 }
 
-/// Whether our parent had `signal` ignored; false where the system does not tell.
+/// Whether `signal` is in a mask of the process; false where the system does not tell.
 #[cfg(unix)]
-fn ignored_at_start(signal: i32) -> bool {
+fn is_in_mask(name: &str, signal: i32) -> bool {
     let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
     status
         .lines()
-        .find_map(|line| line.strip_prefix("SigIgn:"))
+        .find_map(|line| line.strip_prefix(name))
         .and_then(|mask| u64::from_str_radix(mask.trim(), 16).ok())
         .is_some_and(|mask| mask >> (signal - 1) & 1 == 1)
 }
 
 #[cfg(not(unix))]
-fn listen_for(on_signal: impl FnMut() + Send + 'static) -> std::io::Result<()> {
-    ctrlc::set_handler(on_signal).map_err(std::io::Error::other)
+fn listen_for(on_signal: fn() -> bool) -> std::io::Result<()> {
+    ctrlc::set_handler(move || {
+        if !on_signal() {
+            std::process::exit(EXIT_CODE.into());
+        }
+    })
+    .map_err(std::io::Error::other)
 }

@@ -1,5 +1,28 @@
-//! The reader of ray files, apart from the command that needs it, so that fuzzers reach it too.
+//! The `halfline` command, so that a program in another language can be the same one: [`run`] is all of
+//! it. Besides that, its reader of ray files, where fuzzers reach it, and its understanding of the
+//! options of a picture.
 //!
 //! Not meant to be built upon: the library is `halfline`.
 
+mod arguments;
+mod commands;
+mod engine;
+mod failure;
+mod global_options;
+mod interrupt;
 pub mod npy;
+mod npz;
+mod one_line;
+mod output;
+mod picture;
+mod program;
+mod progress;
+mod session;
+mod source;
+mod table;
+mod tree_options;
+mod units;
+mod values;
+
+pub use picture::render_settings;
+pub use program::run;

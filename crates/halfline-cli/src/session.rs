@@ -1,5 +1,6 @@
 //! What all subcommands share: threads, progress, interruption, and how results are told.
 
+use std::error::Error as _;
 use std::path::Path;
 use std::time::Instant;
 
@@ -9,8 +10,8 @@ use serde_json::{Map, Value};
 
 use crate::failure::Failure;
 use crate::global_options::GlobalOptions;
+use crate::output;
 use crate::progress::{self, Progress};
-use crate::{interrupt, output};
 
 /// Figures by name, in the order in which they are told.
 pub type Figures = Map<String, Value>;
@@ -23,14 +24,9 @@ pub struct Session {
 }
 
 impl Session {
-    /// Sets up threads, interruption and progress as `options` wish.
+    /// Sets up threads and progress as `options` wish.
     pub fn start(options: &GlobalOptions) -> Result<Session, Failure> {
-        rayon::ThreadPoolBuilder::new()
-            .num_threads(options.threads.into())
-            .build_global()
-            .map_err(|error| Error::invalid("--threads", error.to_string()))?;
-        interrupt::listen()
-            .map_err(|error| Error::invalid("signals", format!("cannot listen: {error}")))?;
+        make_threads(options.threads.into())?;
         Ok(Session {
             progress: Progress::start(options.quiet),
             quiet: options.quiet,
@@ -94,6 +90,24 @@ impl Session {
             output::print(&text())?;
         }
         Ok(())
+    }
+}
+
+/// Makes the process's pool of `wanted` threads, or of one for each core if 0.
+fn make_threads(wanted: usize) -> Result<(), Failure> {
+    let Err(error) = rayon::ThreadPoolBuilder::new().num_threads(wanted).build_global() else {
+        return Ok(());
+    };
+    // The pool is the process's for good, and whoever came first made it.
+    let made_before = error.source().is_none();
+    let there = rayon::current_num_threads();
+    match made_before {
+        true if wanted == 0 || wanted == there => Ok(()),
+        true => {
+            let reason = format!("{wanted} is too late: this process works with {there} already");
+            Err(Error::invalid("--threads", reason).into())
+        }
+        false => Err(Error::invalid("--threads", error.to_string()).into()),
     }
 }
 

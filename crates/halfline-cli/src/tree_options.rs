@@ -1,17 +1,21 @@
 //! How the kd-tree is built: options of every subcommand that builds one.
 
+use std::path::Path;
+
 use clap::{Args, ValueEnum};
 use halfline::build::{BuildParameters, Preset};
 use halfline::error::Result;
 use halfline::progress::Observer;
 use halfline::{Mesh, Scene};
 
+use crate::failure::Failure;
+
 /// What can be said about the tree.
 #[derive(Debug, Args)]
 pub struct TreeOptions {
-    /// How much time to spend on the tree; the answers are the same
-    #[arg(long, value_enum, value_name = "NAME", default_value_t = PresetName::Balanced)]
-    preset: PresetName,
+    /// How much time to spend on the tree; the answers are the same [default: balanced]
+    #[arg(long, value_enum, value_name = "NAME")]
+    preset: Option<PresetName>,
 }
 
 #[derive(Clone, Copy, Debug, ValueEnum)]
@@ -27,19 +31,31 @@ enum PresetName {
 impl TreeOptions {
     fn preset(&self) -> Preset {
         match self.preset {
-            PresetName::Fast => Preset::Fast,
-            PresetName::Balanced => Preset::Balanced,
-            PresetName::Best => Preset::Best,
+            Some(PresetName::Fast) => Preset::Fast,
+            Some(PresetName::Balanced) | None => Preset::Balanced,
+            Some(PresetName::Best) => Preset::Best,
         }
-    }
-
-    /// The name of the preset, as figures have it.
-    pub fn name(&self) -> &'static str {
-        self.preset().name()
     }
 
     /// Builds the tree over `mesh`.
     pub fn build(&self, mesh: Mesh, observer: &dyn Observer) -> Result<Scene> {
         Scene::build_with(mesh, &BuildParameters::preset(self.preset()), observer)
     }
+
+    /// Refuses options about a tree that is built already, in the file at `path`.
+    pub fn check_unused(&self, path: &Path) -> std::result::Result<(), Failure> {
+        match self.preset {
+            None => Ok(()),
+            Some(_) => Err(Failure::Usage(format!(
+                "--preset cannot be used with {}: it is a tree, whose preset is what it was built with",
+                path.display()
+            ))),
+        }
+    }
+}
+
+/// The name of the preset that a tree was built with, as figures have it.
+pub fn preset_name(scene: &Scene) -> &'static str {
+    let is_preset = |preset: &Preset| BuildParameters::preset(*preset) == *scene.build_parameters();
+    Preset::ALL.into_iter().find(is_preset).map_or("custom", Preset::name)
 }

@@ -5,6 +5,7 @@ use std::sync::Arc;
 
 use halfline::Error;
 use halfline::error::Result;
+use halfline::map::Buffer;
 use halfline::mesh::generate::{self, Kind};
 use halfline::mesh::{Material, Positions};
 use halfline::numeric::SurfacePoint;
@@ -70,13 +71,13 @@ impl Mesh {
                     ColumnArray::Single(array) => {
                         let vertices = rows(array.as_slice()?)?;
                         on_pool(py, None, |observer| {
-                            mesh_of(vertices, Positions::F32, faces, observer)
+                            mesh_of(vertices, |v| Positions::F32(v.into()), faces, observer)
                         })
                     }
                     ColumnArray::Double(array) => {
                         let vertices = rows(array.as_slice()?)?;
                         on_pool(py, None, |observer| {
-                            mesh_of(vertices, Positions::F64, faces, observer)
+                            mesh_of(vertices, |v| Positions::F64(v.into()), faces, observer)
                         })
                     }
                     ColumnArray::Same(_) => {
@@ -167,7 +168,7 @@ impl Mesh {
 
     fn extras<'py>(&self, py: Python<'py>) -> Extras<'py> {
         let mesh = &self.0;
-        let numbers = |numbers: &Vec<u32>| PyArray1::from_slice(py, numbers);
+        let numbers = |numbers: &Buffer<u32>| PyArray1::from_slice(py, numbers);
         let materials = mesh.materials.iter().map(|material| {
             let Material { base_color, metallic, roughness, transmission, ior } = *material;
             (base_color, metallic, roughness, transmission, ior)
@@ -186,11 +187,11 @@ impl Mesh {
         let mut mesh = halfline::Mesh::clone(&self.0);
         let (triangles, vertices) = (mesh.triangle_count(), mesh.positions().len());
         if let Some(source_faces) = source_faces {
-            mesh.source_faces = Some(source_faces.to_vec()?);
+            mesh.source_faces = Some(source_faces.to_vec()?.into());
             check_places(triangles, &[source_faces.len()?])?;
         }
         if let Some(vertex_colors) = vertex_colors {
-            mesh.vertex_colors = Some(rows(&vertex_colors.to_vec()?)?.to_vec());
+            mesh.vertex_colors = Some(rows(&vertex_colors.to_vec()?)?.to_vec().into());
             check_places(vertices * 4, &[vertex_colors.len()?])?;
         }
         if let Some(triangle_materials) = triangle_materials {
@@ -199,7 +200,7 @@ impl Mesh {
             if numbers.iter().any(|&number| number as usize >= materials.len()) {
                 return Err(PyValueError::new_err("a triangle's material is none of the mesh"));
             }
-            mesh.triangle_materials = Some(numbers);
+            mesh.triangle_materials = Some(numbers.into());
         }
         mesh.materials = materials
             .into_iter()

@@ -1,6 +1,8 @@
 //! Pictures of triangle meshes, traced with halfline.
 
+mod assemble;
 mod camera;
+mod checksum;
 mod color;
 mod color_bar;
 mod colormap;
@@ -11,21 +13,27 @@ mod image;
 mod integrator;
 mod lights;
 mod optics;
+mod plan;
 mod render;
+mod rows;
 mod sampling;
 mod settings;
 mod sky;
 mod smooth_normals;
 mod statistics;
 mod tile;
+mod trace;
 mod tracer;
 mod validate;
 mod world;
 
+pub use assemble::assemble;
 pub use camera::Camera;
 pub use color::srgb8_from_linear;
 pub use image::Rendering;
+pub use plan::Plan;
 pub use render::render;
+pub use rows::Rows;
 pub use settings::{
     Background, CameraSettings, Ground, GroundSurface, Light, MAX_DEPTH, MAX_PIXELS, MAX_SAMPLES,
     Projection, RenderSettings, Shading, Up,

@@ -89,7 +89,7 @@ mod tests {
             [0.0, 1.0, 0.0],
         ];
         let triangles = vec![[0, 1, 2], [0, 2, 3], [0, 5, 4], [0, 4, 1]];
-        Mesh::new(Positions::F64(positions), triangles).unwrap()
+        Mesh::new(Positions::F64(positions.into()), triangles).unwrap()
     }
 
     #[test]

@@ -20,17 +20,21 @@ pub struct RayCounts {
 impl RayCounts {
     /// All of them.
     pub fn total(&self) -> u64 {
-        self.primary + self.occlusion + self.shadow + self.reflection + self.refraction
+        [self.occlusion, self.shadow, self.reflection, self.refraction]
+            .into_iter()
+            .fold(self.primary, u64::saturating_add)
     }
 }
 
 impl AddAssign for RayCounts {
     fn add_assign(&mut self, other: RayCounts) {
-        self.primary += other.primary;
-        self.occlusion += other.occlusion;
-        self.shadow += other.shadow;
-        self.reflection += other.reflection;
-        self.refraction += other.refraction;
+        // What comes from another machine may be anything, and must not end the process.
+        let add = |sum: &mut u64, count: u64| *sum = sum.saturating_add(count);
+        add(&mut self.primary, other.primary);
+        add(&mut self.occlusion, other.occlusion);
+        add(&mut self.shadow, other.shadow);
+        add(&mut self.reflection, other.reflection);
+        add(&mut self.refraction, other.refraction);
     }
 }
 
@@ -39,7 +43,8 @@ impl AddAssign for RayCounts {
 pub struct RenderStatistics {
     /// Rays cast.
     pub rays: RayCounts,
-    /// Wall-clock time from the first ray to the last.
+    /// Wall-clock time from the first ray to the last; of a picture put together from parts, the sum of
+    /// theirs.
     pub trace_seconds: f64,
 }
 

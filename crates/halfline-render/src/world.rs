@@ -20,10 +20,10 @@ pub(crate) struct World<'a> {
     /// Of faces to which the mesh gives none.
     pub(crate) default_material: Material,
     /// Those of the mesh, every value brought into its range.
-    pub(crate) materials: Vec<Material>,
+    pub(crate) materials: &'a [Material],
     /// True if light may pass through anything.
     pub(crate) has_clear_material: bool,
-    pub(crate) smooth: Option<SmoothNormals>,
+    pub(crate) smooth: Option<&'a SmoothNormals>,
     /// The linear value of each code of a vertex colour.
     pub(crate) srgb: [f64; 256],
 }

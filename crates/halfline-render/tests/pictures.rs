@@ -304,8 +304,9 @@ fn the_default_clay_picture_casts_the_rays_it_promises() {
 
 #[test]
 fn nothing_to_see_is_a_picture_too() {
-    let empty = Scene::new(Mesh::new(Positions::F32(vec![]), vec![]).unwrap()).unwrap();
-    let point = Mesh::new(Positions::F64(vec![[3.0, 4.0, 5.0]; 3]), vec![[0, 1, 2]]).unwrap();
+    let empty = Scene::new(Mesh::new(Positions::F32(vec![].into()), vec![]).unwrap()).unwrap();
+    let point =
+        Mesh::new(Positions::F64(vec![[3.0, 4.0, 5.0]; 3].into()), vec![[0, 1, 2]]).unwrap();
     let point = Scene::new(point).unwrap();
     for scene in [empty, point] {
         for shading in Shading::ALL {
@@ -455,7 +456,7 @@ fn settings_without_sense_are_named() {
 fn coordinates_too_large_to_be_drawn_are_refused() {
     let far = 1e200;
     let mesh = Mesh::new(
-        Positions::F64(vec![[0.0; 3], [far, 0.0, 0.0], [0.0, far, 0.0]]),
+        Positions::F64(vec![[0.0; 3], [far, 0.0, 0.0], [0.0, far, 0.0]].into()),
         vec![[0, 1, 2]],
     );
     let scene = Scene::new(mesh.unwrap()).unwrap();

@@ -11,7 +11,7 @@
 //!
 //! // Build a unit square from two triangles, and the tree over it.
 //! let corners = vec![[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0], [0.0, 1.0, 0.0]];
-//! let mesh = Mesh::new(Positions::F32(corners), vec![[0, 1, 2], [0, 2, 3]])?;
+//! let mesh = Mesh::new(Positions::F32(corners.into()), vec![[0, 1, 2], [0, 2, 3]])?;
 //! let scene = Scene::new(mesh)?;
 //!
 //! // Ask where rays hit first: t counts in units of the direction, which may have any length.
@@ -52,6 +52,7 @@ pub mod error;
 pub mod geometry;
 pub mod io;
 pub mod leaks;
+pub mod map;
 pub mod mesh;
 pub mod numeric;
 pub mod progress;

@@ -1,6 +1,9 @@
 //! What users hold: a mesh with its tree, and the questions one can ask it.
 
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::path::Path;
 use std::sync::Arc;
+use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::{Duration, Instant};
 
 use crate::build::{self, BuildParameters};
@@ -17,17 +20,49 @@ pub use crate::traverse::columns::{
     AllHitColumns, Column, HitColumns, Numbers, RayColumns, Vectors,
 };
 pub use crate::traverse::{AllHits, BatchRay, Caster, LeafVerdict, RayCounters, WorkCounts};
-use crate::tree::{KdTree, LeafBlock, TreeStatistics};
+use crate::tree::file as tree_file;
+use crate::tree::{KdTree, LeafBlock, TreeFile, TreeStatistics, Verify};
 
 /// A mesh and the kd-tree over it.
 ///
 /// All questions may be asked from many threads at once. What counts as a hit is defined in
 /// [`numeric`](crate::numeric); a ray that is not [valid](Ray::is_valid) hits nothing.
+///
+/// A scene may be [saved](Scene::save) to a file and [opened](Scene::open) from it. The file is mapped,
+/// and somebody may damage it or cut it short meanwhile. Then questions are answered wrongly, or end in an
+/// [`Error::Format`](crate::Error::Format) that names the file; those that return no `Result` panic.
 pub struct Scene {
     mesh: Arc<Mesh>,
     tree: KdTree,
+    parameters: BuildParameters,
     build_time: Duration,
     level: Level,
+    file: Option<TreeFile>,
+}
+
+/// How many calls of [`Scene::guarded`] are under way for scenes from files.
+static GUARDED: AtomicUsize = AtomicUsize::new(0);
+
+/// One of them.
+struct Guarded;
+
+impl Guarded {
+    fn begin() -> Guarded {
+        GUARDED.fetch_add(1, Ordering::SeqCst);
+        Guarded
+    }
+}
+
+impl Drop for Guarded {
+    fn drop(&mut self) {
+        GUARDED.fetch_sub(1, Ordering::SeqCst);
+    }
+}
+
+/// True while a panic may be what a damaged tree file leads to, and is turned into an error by
+/// [`Scene::guarded`]: a program's panic hook should say nothing then.
+pub fn is_guarded() -> bool {
+    GUARDED.load(Ordering::SeqCst) > 0
 }
 
 impl Scene {
@@ -61,7 +96,57 @@ impl Scene {
         let start = Instant::now();
         let (mesh, level) = (mesh.into(), Level::chosen()?);
         let tree = build::build(&mesh, parameters, level, observer)?;
-        Ok(Scene { mesh, tree, build_time: start.elapsed(), level })
+        let build_time = start.elapsed();
+        Ok(Scene { mesh, tree, parameters: *parameters, build_time, level, file: None })
+    }
+
+    /// Opens a scene that was [saved](Scene::save): maps the file, in the same time whatever its size,
+    /// unless it is to be verified. Reports [`Stage::Load`](crate::progress::Stage::Load) in bytes then.
+    ///
+    /// # Errors
+    /// [`Error::Io`](crate::Error::Io) if the file cannot be mapped;
+    /// [`Error::Format`](crate::Error::Format) if it is not a tree, or one of another version, cut short
+    /// or damaged; [`Error::Interrupted`](crate::Error::Interrupted); and
+    /// [`Error::Invalid`](crate::Error::Invalid) as [`Scene::build_with`] for the instruction set.
+    pub fn open(path: &Path, verify: Verify, observer: &dyn Observer) -> Result<Scene> {
+        let level = Level::chosen()?;
+        let tree_file::Opened { mesh, tree, parameters, build_time, file } =
+            tree_file::open(path, verify, observer)?;
+        Ok(Scene { mesh: Arc::new(mesh), tree, parameters, build_time, level, file: Some(file) })
+    }
+
+    /// Writes mesh and tree to a file, from which [`Scene::open`] has them back at once. The file appears
+    /// whole or not at all, and is durable then. By convention its name ends in `.hlt`. Reports
+    /// [`Stage::Write`](crate::progress::Stage::Write).
+    ///
+    /// # Errors
+    /// [`Error::Io`](crate::Error::Io), [`Error::Interrupted`](crate::Error::Interrupted).
+    pub fn save(&self, path: &Path, observer: &dyn Observer) -> Result<()> {
+        self.guarded(|| {
+            let Scene { mesh, tree, parameters, build_time, file, .. } = self;
+            let source = file.as_ref();
+            tree_file::write(path, mesh, tree, parameters, *build_time, source, observer)
+        })
+    }
+
+    /// The file from which the scene was opened.
+    pub fn tree_file(&self) -> Option<&TreeFile> {
+        self.file.as_ref()
+    }
+
+    /// Does `work` on the scene. If the scene comes from a file, and what the file holds makes no sense
+    /// any more, or was cut off meanwhile, the answer is an error, even where `work` would panic. The
+    /// questions that return a `Result` do this by themselves.
+    ///
+    /// # Errors
+    /// Those of `work`, and [`Error::Format`](crate::Error::Format).
+    pub fn guarded<T>(&self, work: impl FnOnce() -> Result<T>) -> Result<T> {
+        let Some(file) = &self.file else { return work() };
+        let guarded = Guarded::begin();
+        let outcome = catch_unwind(AssertUnwindSafe(work));
+        drop(guarded);
+        file.check()?;
+        outcome.unwrap_or_else(|_| Err(file.damaged()))
     }
 
     /// The mesh.
@@ -82,6 +167,11 @@ impl Scene {
     /// The tree's figures; counts through the whole tree.
     pub fn tree_statistics(&self) -> TreeStatistics {
         self.tree.statistics(self.mesh.triangle_count())
+    }
+
+    /// How the tree was built.
+    pub fn build_parameters(&self) -> &BuildParameters {
+        &self.parameters
     }
 
     /// How long the tree took to build.
@@ -149,7 +239,7 @@ impl Scene {
     /// # Panics
     /// If there are not as many hits as rays.
     pub fn intersect_into(&self, rays: &[Ray], hits: &mut [Hit]) {
-        unobserved(traverse::intersect_into(self.target(), rays, hits, &Silent));
+        unobserved(self.guarded(|| traverse::intersect_into(self.target(), rays, hits, &Silent)));
     }
 
     /// [`Scene::intersect`], reporting [`Stage::Trace`](crate::progress::Stage::Trace) in rays.
@@ -157,7 +247,7 @@ impl Scene {
     /// # Errors
     /// [`Error::Interrupted`](crate::Error::Interrupted).
     pub fn intersect_observed(&self, rays: &[Ray], observer: &dyn Observer) -> Result<Vec<Hit>> {
-        traverse::intersect(self.target(), rays, observer)
+        self.guarded(|| traverse::intersect(self.target(), rays, observer))
     }
 
     /// The closest hit of each ray in single precision: its face is that of [`Scene::intersect`], and
@@ -171,7 +261,8 @@ impl Scene {
     /// # Panics
     /// If there are not as many hits as rays.
     pub fn intersect_single_into(&self, rays: &[SingleRay], hits: &mut [SingleHit]) {
-        unobserved(traverse::intersect_single_into(self.target(), rays, hits, &Silent));
+        let target = self.target();
+        unobserved(self.guarded(|| traverse::intersect_single_into(target, rays, hits, &Silent)));
     }
 
     /// [`Scene::intersect_single`], reporting [`Stage::Trace`](crate::progress::Stage::Trace) in
@@ -184,7 +275,7 @@ impl Scene {
         rays: &[SingleRay],
         observer: &dyn Observer,
     ) -> Result<Vec<SingleHit>> {
-        traverse::intersect_single(self.target(), rays, observer)
+        self.guarded(|| traverse::intersect_single(self.target(), rays, observer))
     }
 
     /// For each ray whether it hits anything, in parallel; rays may be in either precision.
@@ -202,7 +293,7 @@ impl Scene {
         observer: &dyn Observer,
     ) -> Result<Vec<bool>> {
         let mut flags = vec![false; rays.len()];
-        R::occluded_into(self.target(), rays, &mut flags, observer)?;
+        self.guarded(|| R::occluded_into(self.target(), rays, &mut flags, observer))?;
         Ok(flags)
     }
 
@@ -211,7 +302,7 @@ impl Scene {
     /// # Panics
     /// If there are not as many flags as rays.
     pub fn occluded_into<R: BatchRay>(&self, rays: &[R], flags: &mut [bool]) {
-        unobserved(R::occluded_into(self.target(), rays, flags, &Silent));
+        unobserved(self.guarded(|| R::occluded_into(self.target(), rays, flags, &Silent)));
     }
 
     /// What it costs to find the closest hits of rays, or whether there are any: nodes and leaves that
@@ -235,7 +326,7 @@ impl Scene {
         rays: &[R],
         observer: &dyn Observer,
     ) -> Result<AllHits> {
-        R::intersect_all(self.target(), rays, observer)
+        self.guarded(|| R::intersect_all(self.target(), rays, observer))
     }
 
     /// How many hits each ray has, in parallel: the lengths of the rows of [`Scene::intersect_all`].
@@ -253,7 +344,7 @@ impl Scene {
         rays: &[R],
         observer: &dyn Observer,
     ) -> Result<Vec<usize>> {
-        R::count(self.target(), rays, observer)
+        self.guarded(|| R::count(self.target(), rays, observer))
     }
 
     /// [`Scene::intersect`] for rays and answers that are columns, reporting
@@ -271,7 +362,7 @@ impl Scene {
         hits: HitColumns,
         observer: &dyn Observer,
     ) -> Result<()> {
-        traverse::columns::intersect(self.target(), rays, hits, observer)
+        self.guarded(|| traverse::columns::intersect(self.target(), rays, hits, observer))
     }
 
     /// [`Scene::occluded`] for columns.
@@ -287,7 +378,7 @@ impl Scene {
         flags: &mut [bool],
         observer: &dyn Observer,
     ) -> Result<()> {
-        traverse::columns::occluded(self.target(), rays, flags, observer)
+        self.guarded(|| traverse::columns::occluded(self.target(), rays, flags, observer))
     }
 
     /// [`Scene::count_intersections`] for columns.
@@ -303,7 +394,7 @@ impl Scene {
         counts: &mut [i64],
         observer: &dyn Observer,
     ) -> Result<()> {
-        traverse::columns::count(self.target(), rays, counts, observer)
+        self.guarded(|| traverse::columns::count(self.target(), rays, counts, observer))
     }
 
     /// [`Scene::intersect_all`] for columns.
@@ -315,7 +406,7 @@ impl Scene {
         rays: &RayColumns,
         observer: &dyn Observer,
     ) -> Result<AllHitColumns> {
-        traverse::columns::intersect_all(self.target(), rays, observer)
+        self.guarded(|| traverse::columns::intersect_all(self.target(), rays, observer))
     }
 
     /// The point of a hit, from which rays can start that do not hit the same face again:
@@ -330,10 +421,10 @@ impl Scene {
     }
 }
 
-/// The answer of work that nobody could interrupt.
+/// The answer of work that nobody could interrupt, and that only a damaged file could end.
 fn unobserved<T>(result: Result<T>) -> T {
     match result {
         Ok(answer) => answer,
-        Err(error) => unreachable!("casting rays fails only when interrupted, but: {error}"),
+        Err(error) => panic!("{error}"),
     }
 }

@@ -169,7 +169,7 @@ fn a_range_that_single_precision_lacks_is_not_rounded() {
     // Straight down on a square at z = 0 from 0.1, which no float is: t is 0.1 rounded to single
     // precision, and so beyond a t_max of 0.1, or of any other double between the two.
     let corners = vec![[-1.0, -1.0, 0.0], [1.0, -1.0, 0.0], [1.0, 1.0, 0.0], [-1.0, 1.0, 0.0]];
-    let positions = halfline::mesh::Positions::F32(corners);
+    let positions = halfline::mesh::Positions::F32(corners.into());
     let mesh = halfline::Mesh::new(positions, vec![[0, 1, 2], [0, 2, 3]]).expect("a mesh");
     let scene = Scene::new(mesh).expect("builds");
     let height = 0.1f32;

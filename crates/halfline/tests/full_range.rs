@@ -14,8 +14,8 @@ fn cube(exponent: i32) -> Mesh {
     let mesh = grid_cube(2);
     let scale = 2f64.powi(exponent / 2) * 2f64.powi(exponent % 2);
     let Positions::F64(positions) = mesh.positions() else { panic!("double precision") };
-    let scaled = positions.iter().map(|p| p.map(|x| x * scale * 2f64.powi(exponent / 2))).collect();
-    Mesh::new(Positions::F64(scaled), mesh.triangles().to_vec()).expect("a valid mesh")
+    let scaled = positions.iter().map(|p| p.map(|x| x * scale * 2f64.powi(exponent / 2)));
+    Mesh::new(Positions::F64(scaled.collect()), mesh.triangles().to_vec()).expect("a valid mesh")
 }
 
 /// Along an axis, so that even from afar the ray comes where it is aimed at; or between two grid

@@ -214,8 +214,8 @@ fn negative_zeros_are_zeros() {
         let mesh = in_single_precision(&mesh);
         let Positions::F32(positions) = mesh.positions() else { panic!("single precision") };
         let negative = |x: f32| if x == 0.0 { -0.0 } else { x };
-        let positions = positions.iter().map(|p| p.map(negative)).collect();
-        let other = Mesh::new(Positions::F32(positions), mesh.triangles().to_vec());
+        let positions = positions.iter().map(|p| p.map(negative));
+        let other = Mesh::new(Positions::F32(positions.collect()), mesh.triangles().to_vec());
         let (plain, other) = (
             build(&mesh, &build_variants()[0]),
             build(&other.expect("a valid mesh"), &build_variants()[0]),

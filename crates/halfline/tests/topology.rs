@@ -16,7 +16,7 @@ fn topology(mesh: &Mesh) -> Topology {
 }
 
 fn mesh(vertices: &[[f32; 3]], triangles: &[[u32; 3]]) -> Mesh {
-    Mesh::new(Positions::F32(vertices.to_vec()), triangles.to_vec()).unwrap()
+    Mesh::new(Positions::F32(vertices.to_vec().into()), triangles.to_vec()).unwrap()
 }
 
 fn found(first_faces: &[u32]) -> Found {
@@ -279,7 +279,7 @@ fn random_meshes_are_counted_as_by_a_table() {
         let vertex = |random: &mut Random| random.below(places) as u32;
         let triangles: Vec<[u32; 3]> =
             (0..random.below(120)).map(|_| [(); 3].map(|()| vertex(&mut random))).collect();
-        let mesh = Mesh::new(Positions::F64(vertices), triangles).unwrap();
+        let mesh = Mesh::new(Positions::F64(vertices.into()), triangles).unwrap();
         let t = topology(&mesh);
         let counts = [
             t.edges,

@@ -50,7 +50,7 @@ fn the_tree_does_not_depend_on_the_number_of_threads() {
 fn empty_meshes_and_meshes_of_skipped_faces_are_never_hit() {
     let nan = f64::NAN;
     let vertices = vec![[nan, 0.0, 0.0], [0.0; 3], [1.0, 1.0, 1.0], [2.0, 2.0, 2.0]];
-    let skipped = Mesh::new(Positions::F64(vertices), vec![[0, 1, 2], [1, 2, 3], [1, 1, 2]]);
+    let skipped = Mesh::new(Positions::F64(vertices.into()), vec![[0, 1, 2], [1, 2, 3], [1, 1, 2]]);
     for (mesh, zero_area, non_finite) in [(soup([]), 0, 0), (skipped.expect("a valid mesh"), 2, 1)]
     {
         let scene = Scene::new(mesh).expect("builds");

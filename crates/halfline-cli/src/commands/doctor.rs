@@ -11,6 +11,7 @@ use serde_json::{Value, json};
 
 use crate::failure::Failure;
 use crate::session::{Figures, Session};
+use crate::source::Source;
 use crate::table::Table;
 use crate::tree_options::TreeOptions;
 use crate::{session, units, values};
@@ -53,18 +54,19 @@ pub struct Options {
     tree: TreeOptions,
 }
 
-/// Loads the mesh, looks at how it hangs together, builds its tree, aims rays, and tells.
+/// Loads the mesh, builds its tree unless it comes with one, looks at how the mesh hangs together,
+/// aims rays, and tells.
 pub fn run(options: &Options, session: Session) -> Result<(), Failure> {
-    let (mesh, load_seconds) = session.load(&options.mesh)?;
-    let (topology, examine_seconds) =
-        session.timed(Stage::Examine, |observer| topology::examine(&mesh, observer))?;
-    let (scene, build_seconds) =
-        session.timed(Stage::Build, |observer| options.tree.build(mesh, observer))?;
-    let leak_options = leaks::Options { rays: options.rays, seed: options.seed };
-    let (report, _) = session
-        .timed(Stage::Trace, |observer| leaks::aim(&scene, &topology, &leak_options, observer))?;
-
+    let source = Source::open(&options.mesh, &options.tree, &session)?;
+    let scene = &source.scene;
     let mesh = scene.mesh();
+    let (topology, examine_seconds) = session
+        .timed(Stage::Examine, |observer| scene.guarded(|| topology::examine(mesh, observer)))?;
+    let leak_options = leaks::Options { rays: options.rays, seed: options.seed };
+    let (report, _) = session.timed(Stage::Trace, |observer| {
+        scene.guarded(|| leaks::aim(scene, &topology, &leak_options, observer))
+    })?;
+
     let findings = Findings { mesh, topology: &topology, report: &report };
     let mut figures = Figures::new();
     let mut tell = |name: &str, value| figures.insert(name.into(), value);
@@ -72,19 +74,20 @@ pub fn run(options: &Options, session: Session) -> Result<(), Failure> {
     findings.mesh_figures(&mut tell);
     findings.ray_figures(&mut tell);
     tell("seed", json!(options.seed));
-    tell("preset", json!(options.tree.name()));
+    tell("preset", json!(source.preset));
+    tell("content_hash", source.content_hash_figure());
     tell("verdict", json!(findings.verdict()));
-    tell("load_seconds", json!(load_seconds));
+    tell("load_seconds", json!(source.load_seconds));
     tell("examine_seconds", json!(examine_seconds));
-    tell("build_seconds", json!(build_seconds));
+    tell("build_seconds", json!(source.build_seconds));
     tell("peak_memory_bytes", json!(session::peak_memory_bytes()));
 
     let text = || {
         let mut table = Table::new(options.mesh.display());
         findings.mesh_rows(&mut table);
-        table.row("load", units::seconds(load_seconds), "");
+        table.row("load", units::seconds(source.load_seconds), "");
+        source.build_row(&mut table, "");
         table.row("examine", units::seconds(examine_seconds), "");
-        table.row("build", units::seconds(build_seconds), "");
         findings.ray_rows(&mut table);
         table.print() + &findings.examples() + &findings.verdict() + "\n"
     };

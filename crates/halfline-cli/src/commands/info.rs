@@ -5,12 +5,12 @@ use std::path::PathBuf;
 use clap::Args;
 use halfline::geometry::Aabb;
 use halfline::mesh::Positions;
-use halfline::progress::Stage;
 use halfline::tree::TreeStatistics;
 use serde_json::{Value, json};
 
 use crate::failure::Failure;
 use crate::session::{Figures, Session};
+use crate::source::Source;
 use crate::table::Table;
 use crate::tree_options::TreeOptions;
 use crate::{session, units};
@@ -32,20 +32,19 @@ pub struct Options {
     tree: TreeOptions,
 }
 
-/// Loads the mesh, builds its tree and tells about both.
+/// Loads the mesh, builds its tree unless it comes with one, and tells about both.
 pub fn run(options: &Options, session: Session) -> Result<(), Failure> {
     let file_bytes = options.mesh.metadata().map(|metadata| metadata.len()).ok();
-    let (mesh, load_seconds) = session.load(&options.mesh)?;
-    let (scene, build_seconds) =
-        session.timed(Stage::Build, |observer| options.tree.build(mesh, observer))?;
+    let source = Source::open(&options.mesh, &options.tree, &session)?;
+    let scene = &source.scene;
     let (mesh, tree) = (scene.mesh(), scene.tree());
-    let statistics = tree.statistics(mesh.triangle_count());
+    let (statistics, bounds) =
+        scene.guarded(|| Ok((tree.statistics(mesh.triangle_count()), mesh.bounds())))?;
 
     let precision = match mesh.positions() {
         Positions::F32(_) => "float32",
         Positions::F64(_) => "float64",
     };
-    let bounds = mesh.bounds();
     let skipped = tree.skipped_zero_area + tree.skipped_non_finite;
     let peak_memory = session::peak_memory_bytes();
     let mut figures = Figures::new();
@@ -59,10 +58,11 @@ pub fn run(options: &Options, session: Session) -> Result<(), Failure> {
     tell("skipped", json!(skipped));
     tell("skipped_degenerate", json!(tree.skipped_zero_area));
     tell("skipped_non_finite", json!(tree.skipped_non_finite));
-    tell("preset", json!(options.tree.name()));
+    tell("preset", json!(source.preset));
+    tell("content_hash", source.content_hash_figure());
     tell("tree", tree_figures(&statistics));
-    tell("load_seconds", json!(load_seconds));
-    tell("build_seconds", json!(build_seconds));
+    tell("load_seconds", json!(source.load_seconds));
+    tell("build_seconds", json!(source.build_seconds));
     tell("peak_memory_bytes", json!(peak_memory));
 
     let text = || {
@@ -73,11 +73,10 @@ pub fn run(options: &Options, session: Session) -> Result<(), Failure> {
         table.skipped(tree.skipped_zero_area, tree.skipped_non_finite);
         bounds_rows(&mut table, &bounds);
         let note = file_bytes.map_or(String::new(), units::bytes);
-        table.row("load", units::seconds(load_seconds), note);
+        table.row("load", units::seconds(source.load_seconds), note);
         let note = peak_memory
             .map_or(String::new(), |bytes| format!(", peak memory so far {}", units::bytes(bytes)));
-        let note = format!("{}{note}", options.tree.name());
-        table.row("build", units::seconds(build_seconds), note);
+        source.build_row(&mut table, &note);
         tree_rows(&mut table, &statistics);
         table.print()
     };

@@ -1,5 +1,6 @@
 //! One file per subcommand: its options, and what it does.
 
+pub mod build;
 pub mod doctor;
 pub mod generate;
 pub mod info;

@@ -9,14 +9,15 @@ use halfline::mesh::Mesh;
 use halfline::progress::{Observer, Stage};
 use halfline::scene::AllHits;
 use halfline::textbook::{KdTree, SurfaceArea, Termination};
-use halfline_cli::npy::RayFile;
 use serde_json::json;
 
 use crate::engine::{BruteForce, Engine};
 use crate::failure::Failure;
+use crate::npy::RayFile;
 use crate::npz::Archive;
 use crate::output::Interruptible;
 use crate::session::{Figures, Session};
+use crate::source::{MeshSource, Source};
 use crate::table::Table;
 use crate::tree_options::TreeOptions;
 use crate::{output, session, units};
@@ -100,26 +101,30 @@ pub fn run(options: &Options, session: Session) -> Result<(), Failure> {
     output::check(&options.output, &[&options.mesh, &options.rays])?;
     // A wrong ray file should show before a large mesh is loaded.
     let rays = RayFile::open(&options.rays)?;
-    let (mesh, load_seconds) = session.load(&options.mesh)?;
-    let run = Run { options, session, rays, load_seconds };
-    match options.engine {
-        EngineName::Fast => {
-            let (scene, build_seconds) =
-                run.session.timed(Stage::Build, |observer| options.tree.build(mesh, observer))?;
-            let tree = scene.tree();
-            let skipped = Some((tree.skipped_zero_area, tree.skipped_non_finite));
-            run.answer(&scene, scene.mesh(), skipped, build_seconds)
-        }
-        EngineName::Textbook => {
-            let (tree, build_seconds) = run.session.timed(Stage::Build, |_| {
-                let rule = SurfaceArea { traversal_cost: TEXTBOOK_TRAVERSAL_COST };
-                let termination = Termination::automatic(mesh.triangle_count());
-                Ok(KdTree::init_kd_tree(&mesh, &rule, &termination))
-            })?;
-            run.answer(&tree, &mesh, None, build_seconds)
-        }
-        EngineName::Brute => run.answer(&BruteForce(&mesh), &mesh, None, 0.0),
+    if matches!(options.engine, EngineName::Fast) {
+        let source = Source::open(&options.mesh, &options.tree, &session)?;
+        let (scene, load_seconds) = (&source.scene, source.load_seconds);
+        let run = Run { options, session, rays, load_seconds };
+        let tree = scene.tree();
+        let skipped = Some((tree.skipped_zero_area, tree.skipped_non_finite));
+        return scene
+            .guarded(|| Ok(run.answer(scene, scene.mesh(), skipped, source.build_seconds)))?;
     }
+    // The judges take the mesh alone, wherever it comes from.
+    let (source, load_seconds) = MeshSource::open(&options.mesh, &options.tree, &session)?;
+    let run = Run { options, session, rays, load_seconds };
+    let mesh = source.mesh();
+    source.guarded(|| {
+        if matches!(options.engine, EngineName::Brute) {
+            return run.answer(&BruteForce(mesh), mesh, None, 0.0);
+        }
+        let (tree, build_seconds) = run.session.timed(Stage::Build, |_| {
+            let rule = SurfaceArea { traversal_cost: TEXTBOOK_TRAVERSAL_COST };
+            let termination = Termination::automatic(mesh.triangle_count());
+            Ok(KdTree::init_kd_tree(mesh, &rule, &termination))
+        })?;
+        run.answer(&tree, mesh, None, build_seconds)
+    })
 }
 
 /// In units of one triangle test; a step down the textbook's tree is an addition, a division and

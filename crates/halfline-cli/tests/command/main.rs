@@ -1,6 +1,7 @@
 //! What people and scripts see of the `halfline` command.
 
 mod arguments;
+mod build;
 mod failures;
 mod files;
 mod info;

@@ -202,14 +202,15 @@ impl Integrator for Clay<'_> {
             }
         }))
     }
+}
 
-    fn finish(&self, picture: &mut Rendering) {
-        picture.color.par_iter_mut().with_min_len(1 << 12).for_each(|[r, g, b, _]| {
-            for channel in [r, g, b] {
-                *channel = shoulder(*channel);
-            }
-        });
-    }
+/// Shows light as film does.
+pub(crate) fn press_highlights(picture: &mut Rendering) {
+    picture.color.par_iter_mut().with_min_len(1 << 12).for_each(|[r, g, b, _]| {
+        for channel in [r, g, b] {
+            *channel = shoulder(*channel);
+        }
+    });
 }
 
 /// The identity up to [`SHOULDER`], then an exponential with the same slope there, up to 1.

@@ -27,22 +27,22 @@ impl Integrator for Depth<'_> {
             Radiance::opaque(depth).faded(self.world.opacity(surface))
         }))
     }
+}
 
-    fn finish(&self, picture: &mut Rendering) {
-        // The model alone sets the range: the ground goes on for much longer.
-        let (mut nearest, mut farthest) = (f32::INFINITY, f32::NEG_INFINITY);
-        for (&depth, &face) in picture.depth.iter().zip(&picture.face) {
-            if face != NO_FACE {
-                nearest = nearest.min(depth);
-                farthest = farthest.max(depth);
-            }
+/// Turns the distances that passed as colours into greys, from the nearest to the farthest.
+pub(crate) fn spread_depth(picture: &mut Rendering) {
+    // The model alone sets the range: the ground goes on for much longer.
+    let (mut nearest, mut farthest) = (f32::INFINITY, f32::NEG_INFINITY);
+    for (&depth, &face) in picture.depth.iter().zip(&picture.face) {
+        if face != NO_FACE {
+            nearest = nearest.min(depth);
+            farthest = farthest.max(depth);
         }
-        for [r, g, b, _] in &mut picture.color {
-            let share =
-                if farthest > nearest { (*r - nearest) / (farthest - nearest) } else { 0.0 };
-            let encoded = NEAREST + (FARTHEST - NEAREST) * share.clamp(0.0, 1.0);
-            let grey = linear_from_srgb(encoded);
-            (*r, *g, *b) = (grey, grey, grey);
-        }
+    }
+    for [r, g, b, _] in &mut picture.color {
+        let share = if farthest > nearest { (*r - nearest) / (farthest - nearest) } else { 0.0 };
+        let encoded = NEAREST + (FARTHEST - NEAREST) * share.clamp(0.0, 1.0);
+        let grey = linear_from_srgb(encoded);
+        (*r, *g, *b) = (grey, grey, grey);
     }
 }

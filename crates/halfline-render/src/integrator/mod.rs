@@ -7,18 +7,17 @@ mod normal;
 mod steps;
 mod whitted;
 
-pub(crate) use clay::{Clay, PLASTER};
-pub(crate) use depth::Depth;
+pub(crate) use clay::{Clay, PLASTER, press_highlights};
+pub(crate) use depth::{Depth, spread_depth};
 pub(crate) use face::FaceColors;
 pub(crate) use normal::Normals;
-pub(crate) use steps::Steps;
+pub(crate) use steps::{Steps, spread_steps};
 pub(crate) use whitted::Whitted;
 
 use halfline::error::Result;
 use halfline::geometry::{Ray, Vec3};
 
 use crate::color::Color;
-use crate::image::Rendering;
 use crate::sampling::Sampler;
 use crate::tracer::Tracer;
 use crate::world::Surface;
@@ -115,9 +114,6 @@ pub(crate) trait Integrator: Sync {
     fn counts_steps(&self) -> bool {
         false
     }
-
-    /// Completes the picture with what only all pixels together tell.
-    fn finish(&self, _picture: &mut Rendering) {}
 }
 
 /// The parts of a pixel's random numbers that are used by different things.

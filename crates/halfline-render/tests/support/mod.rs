@@ -99,9 +99,9 @@ impl Builder {
 
     /// The mesh with its materials.
     pub fn mesh(self) -> Mesh {
-        let mut mesh = Mesh::new(Positions::F64(self.positions), self.triangles).unwrap();
+        let mut mesh = Mesh::new(Positions::F64(self.positions.into()), self.triangles).unwrap();
         mesh.materials = self.materials;
-        mesh.triangle_materials = Some(self.triangle_materials);
+        mesh.triangle_materials = Some(self.triangle_materials.into());
         mesh
     }
 

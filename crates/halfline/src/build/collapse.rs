@@ -12,6 +12,7 @@
 //! ```
 
 use crate::error::Result;
+use crate::map::Buffer;
 use crate::progress::Observer;
 use crate::simd::LANES;
 use crate::tree::{Children, Node, NodeKind, WideNode, WideTree, Word};
@@ -55,7 +56,7 @@ pub fn collapse(root: Node, children: &[Children], observer: &dyn Observer) -> R
     let NodeKind::Inner { .. } = root.kind() else {
         let NodeKind::Leaf { first, count } = root.kind() else { unreachable!("two kinds") };
         let root = if count == 0 { Word::END } else { Word::leaf(first) };
-        return Ok(WideTree { root, nodes: Vec::new(), most_waiting: 0 });
+        return Ok(WideTree { root, nodes: Buffer::default(), most_waiting: 0 });
     };
 
     // Find the costs, children first.
@@ -87,10 +88,9 @@ pub fn collapse(root: Node, children: &[Children], observer: &dyn Observer) -> R
 
     // Now that their number is known, move them to where huge pages can back all of them.
     let mut moved = Vec::with_capacity(nodes.len());
-    crate::io::advise_huge_pages(moved.spare_capacity_mut());
+    crate::map::advise_huge_pages(moved.spare_capacity_mut());
     moved.append(&mut nodes);
-    let nodes = moved;
-    Ok(WideTree { root: Word::inner(0), nodes, most_waiting })
+    Ok(WideTree { root: Word::inner(0), nodes: moved.into(), most_waiting })
 }
 
 /// A walk that enters a node leaves all children but one waiting.

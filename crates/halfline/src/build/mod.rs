@@ -25,13 +25,12 @@ mod coarse_grid;
 mod collapse;
 mod lane_box;
 mod object_split;
-mod parameters;
 mod partition;
 mod reference;
 mod spatial_split;
 mod subdivide;
 
-pub use parameters::{BuildParameters, Preset};
+pub use crate::tree::{BuildParameters, Preset};
 pub(crate) use subdivide::build;
 
 #[cfg(test)]

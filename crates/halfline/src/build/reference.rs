@@ -70,7 +70,7 @@ impl Slots {
         const LINE: usize = 64;
         let mut halves: Vec<Half> =
             bytemuck::allocation::zeroed_vec(2 * count + LINE / size_of::<Half>());
-        crate::io::advise_huge_pages(&mut halves);
+        crate::map::advise_huge_pages(&mut halves);
         let skipped = halves.as_ptr().align_offset(LINE);
         Slots { halves, skipped, count }
     }

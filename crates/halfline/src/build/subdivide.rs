@@ -9,20 +9,19 @@ use super::coarse_grid::{GridCell, sort_into_cells};
 use super::collapse::collapse;
 use super::lane_box::{Extent, LaneBox};
 use super::object_split::{Groups, Item, divide_into_groups, groups_within, halve};
-use super::parameters::BuildParameters;
 use super::partition::{cut, share_out};
 use super::reference::{Reference, Skipped, Slots, extent_of_all, references_of};
 use super::spatial_split::{SpatialSplit, blocks, cheapest_plane};
 use crate::error::{Error, Result};
 use crate::geometry::NO_FACE;
-use crate::io::advise_huge_pages;
+use crate::map::advise_huge_pages;
 use crate::mesh::Mesh;
 use crate::numeric::Frame;
 use crate::progress::{Observer, Stage};
 use crate::simd::Level;
 use crate::tree::{
-    BLOCK_SIZE, Bounds, Children, FacesOnLine, KdTree, LeafBlocks, LeafFaces, MAX_DEPTH, Node,
-    Split,
+    BLOCK_SIZE, Bounds, BuildParameters, Children, FacesOnLine, KdTree, LeafBlocks, LeafFaces,
+    MAX_DEPTH, Node, Split,
 };
 
 /// Planes are used down to this level only. A kd-tree of 2^30 triangles needs half as many.
@@ -303,7 +302,7 @@ impl Builder<'_> {
         Ok(KdTree {
             frame: self.frame,
             root,
-            children,
+            children: children.into(),
             wide: wide?,
             reach,
             leaves,

@@ -4,6 +4,7 @@ use std::fs::{File, Metadata, OpenOptions, Permissions};
 use std::io::{BufWriter, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::time::SystemTime;
 
 use tempfile::NamedTempFile;
 
@@ -116,9 +117,18 @@ impl AtomicFile {
 
     /// Makes what was written durable and visible at the path.
     pub fn commit(self) -> Result<()> {
+        self.commit_with(None)
+    }
+
+    /// The same, as a file that was last modified then, if the path's file system can tell.
+    pub fn commit_as_of(self, time: SystemTime) -> Result<()> {
+        self.commit_with(Some(time))
+    }
+
+    fn commit_with(self, time: Option<SystemTime>) -> Result<()> {
         let AtomicFile { path, output } = self;
         let committed = match output {
-            Output::Beside { file, target, _listed } => replace(file, &target),
+            Output::Beside { file, target, _listed } => replace(file, &target, time),
             Output::Direct(mut file) => file.flush(),
         };
         committed.map_err(|e| Error::io(&path, e))
@@ -206,8 +216,15 @@ fn without_path(error: std::io::Error) -> std::io::Error {
     error.kind().into()
 }
 
-fn replace(file: BufWriter<NamedTempFile>, target: &Path) -> std::io::Result<()> {
+fn replace(
+    file: BufWriter<NamedTempFile>,
+    target: &Path,
+    time: Option<SystemTime>,
+) -> std::io::Result<()> {
     let file = file.into_inner().map_err(|e| e.into_error())?;
+    if let Some(time) = time {
+        let _ = file.as_file().set_modified(time);
+    }
     file.as_file().sync_all()?;
     let list = unfinished();
     let persisted = file.persist(target);

@@ -5,7 +5,6 @@ mod colors;
 pub mod gltf;
 mod gzip;
 mod lines;
-mod map;
 mod mtl;
 pub mod obj;
 pub mod off;
@@ -25,10 +24,9 @@ use std::path::Path;
 pub use atomic::{AtomicFile, abandon_all};
 pub use ply::save as save_ply;
 
-pub(crate) use map::{Bytes, advise_huge_pages};
-
 use self::progress::Portion;
 use crate::error::{Error, Result};
+use crate::map::Bytes;
 use crate::mesh::Mesh;
 use crate::progress::Observer;
 
@@ -58,7 +56,9 @@ pub fn load(path: &Path, observer: &dyn Observer) -> Result<Mesh> {
     let bytes = Bytes::open(path, observer, &|start| recognise(path, start).map(|_| ()))?;
     let format = recognise(path, &bytes)?;
     if !gzip::is_gzip(&bytes) {
-        return read(format, path, &bytes, observer);
+        let mesh = read(format, path, &bytes, observer);
+        bytes.check(path)?;
+        return mesh;
     }
     // Inflating takes most of the time.
     let total = bytes.len() as u64;
@@ -97,6 +97,10 @@ fn recognise(path: &Path, bytes: &[u8]) -> Result<Format> {
     } else {
         (bytes, path.file_name())
     };
+    if start.starts_with(b"\x89HLT") {
+        let reason = "this is not a mesh but a tree: open it as a scene";
+        return Err(Error::format(path, "byte 0", reason));
+    }
     by_content(start).or_else(|| by_extension(Path::new(name.unwrap_or_default()))).ok_or_else(
         || Error::format(path, "byte 0", format!("the format is not known; {SUPPORTED}")),
     )

@@ -74,9 +74,9 @@ pub fn read(path: &Path, bytes: &[u8], observer: &dyn Observer) -> Result<Mesh> 
     observer.report(Stage::Load, bytes.len() as u64, bytes.len() as u64);
 
     let mut mesh = Mesh::new(Positions::without_loss(vertices.positions), faces.triangles)?;
-    mesh.source_faces = faces.source_faces;
+    mesh.source_faces = faces.source_faces.map(Into::into);
     if !vertices.colors.is_empty() {
-        mesh.vertex_colors = Some(colors::to_bytes(&vertices.colors));
+        mesh.vertex_colors = Some(colors::to_bytes(&vertices.colors).into());
     }
     Ok(mesh)
 }

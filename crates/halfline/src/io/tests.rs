@@ -12,12 +12,12 @@ use crate::progress::{Silent, Stage};
 /// A grid of `n` by `n` squares, two triangles each.
 fn grid(n: u32) -> Mesh {
     let point = |i: u32| [(i % (n + 1)) as f32, (i / (n + 1)) as f32, (i % 3) as f32];
-    let positions = (0..(n + 1) * (n + 1)).map(point).collect();
+    let positions = (0..(n + 1) * (n + 1)).map(point).collect::<Vec<_>>();
     let triangles = (0..n * n).flat_map(|i| {
         let a = i / n * (n + 1) + i % n;
         [[a, a + 1, a + n + 1], [a + 1, a + n + 2, a + n + 1]]
     });
-    Mesh::new(Positions::F32(positions), triangles.collect()).unwrap()
+    Mesh::new(Positions::F32(positions.into()), triangles.collect()).unwrap()
 }
 
 fn ply_bytes(mesh: &Mesh) -> Vec<u8> {

@@ -13,9 +13,9 @@ use hashbrown::HashTable;
 use hashbrown::hash_table::Entry;
 use rayon::prelude::*;
 
-use super::map::zeroed;
 use super::progress::ByteProgress;
 use crate::error::{Error, Result};
+use crate::map::zeroed;
 
 /// Triangles sorted as one parallel piece of work.
 const CHUNK_TRIANGLES: usize = 1 << 15;

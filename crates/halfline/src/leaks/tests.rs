@@ -45,7 +45,7 @@ fn every_wrong_answer_is_seen() {
 #[test]
 fn certain_are_rays_without_rounding_off_the_plane() {
     let corners = vec![[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.1]];
-    let mesh = Mesh::new(Positions::F64(corners), vec![[0, 1, 2]]).unwrap();
+    let mesh = Mesh::new(Positions::F64(corners.into()), vec![[0, 1, 2]]).unwrap();
     let vertex = |corner| Target::Vertex { face: 0, corner };
     let edge = |edge| Target::EdgeMidpoint { face: 0, edge };
     let above = vec3(0.25, 0.25, 4.0);
@@ -172,7 +172,7 @@ fn torus(around: u32, through: u32) -> Mesh {
 #[test]
 fn a_flat_sheet_is_aimed_at_from_off_its_plane() {
     let corners = vec![[0.0, 0.0, 3.0], [1.0, 0.0, 3.0], [1.0, 1.0, 3.0], [0.0, 1.0, 3.0]];
-    let mesh = Mesh::new(Positions::F32(corners), vec![[0, 1, 2], [0, 2, 3]]).unwrap();
+    let mesh = Mesh::new(Positions::F32(corners.into()), vec![[0, 1, 2], [0, 2, 3]]).unwrap();
     let report = aimed(mesh, 1000);
     assert!(!report.from_inside && report.is_clean(), "{report:?}");
     // From the middle all rays lie in the plane; from the three other origins all are certain.
@@ -181,7 +181,7 @@ fn a_flat_sheet_is_aimed_at_from_off_its_plane() {
 
 #[test]
 fn nothing_is_aimed_at_where_nothing_is() {
-    let mesh = Mesh::new(Positions::F32(vec![[0.0; 3]; 3]), vec![[0, 1, 2]]).unwrap();
+    let mesh = Mesh::new(Positions::F32(vec![[0.0; 3]; 3].into()), vec![[0, 1, 2]]).unwrap();
     let report = aimed(mesh, 1000);
     assert_eq!((report.targets, report.rays, report.origins.len()), (0, 0, 0));
     assert!(report.is_clean());
@@ -190,7 +190,7 @@ fn nothing_is_aimed_at_where_nothing_is() {
 #[test]
 fn a_closed_surface_without_an_inside_is_aimed_at_from_around() {
     let corners = vec![[0.0, 0.0, 3.0], [1.0, 0.0, 3.0], [1.0, 1.0, 3.0]];
-    let mesh = Mesh::new(Positions::F32(corners), vec![[0, 1, 2], [0, 2, 1]]).unwrap();
+    let mesh = Mesh::new(Positions::F32(corners.into()), vec![[0, 1, 2], [0, 2, 1]]).unwrap();
     assert!(examine(&mesh, &Silent).unwrap().is_closed());
     let report = aimed(mesh, 1000);
     assert!(!report.from_inside && report.is_clean(), "{report:?}");

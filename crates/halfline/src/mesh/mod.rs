@@ -17,6 +17,7 @@ use rayon::prelude::*;
 
 use crate::error::{Error, Result};
 use crate::geometry::{Aabb, Vec3};
+use crate::map::Buffer;
 
 /// Triangles or vertices that a thread goes through at a time.
 const CHUNK: usize = 1 << 14;
@@ -25,9 +26,9 @@ const CHUNK: usize = 1 << 14;
 #[derive(Clone, Debug, PartialEq)]
 pub enum Positions {
     /// Single precision, 12 bytes a vertex.
-    F32(Vec<[f32; 3]>),
+    F32(Buffer<[f32; 3]>),
     /// Double precision, 24 bytes a vertex.
-    F64(Vec<[f64; 3]>),
+    F64(Buffer<[f64; 3]>),
 }
 
 impl Positions {
@@ -51,7 +52,7 @@ impl Positions {
         if coordinates.iter().flatten().all(|&x| fits(x)) {
             Positions::F32(coordinates.iter().map(|p| p.map(|x| x as f32)).collect())
         } else {
-            Positions::F64(coordinates)
+            Positions::F64(coordinates.into())
         }
     }
 
@@ -72,16 +73,16 @@ impl Positions {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Mesh {
     positions: Positions,
-    triangles: Vec<[u32; 3]>,
+    triangles: Buffer<[u32; 3]>,
     /// For each triangle the index of the face of the file from which it was cut; `None` if
     /// triangle i is the file's face i.
-    pub source_faces: Option<Vec<u32>>,
+    pub source_faces: Option<Buffer<u32>>,
     /// A colour for each vertex, red green blue alpha, sRGB-encoded.
-    pub vertex_colors: Option<Vec<[u8; 4]>>,
+    pub vertex_colors: Option<Buffer<[u8; 4]>>,
     /// The materials that `triangle_materials` points into.
     pub materials: Vec<Material>,
     /// For each triangle an index into `materials`; `None` if all have the default material.
-    pub triangle_materials: Option<Vec<u32>>,
+    pub triangle_materials: Option<Buffer<u32>>,
 }
 
 impl Mesh {
@@ -113,14 +114,19 @@ impl Mesh {
                 ),
             ));
         }
-        Ok(Mesh {
+        Ok(Mesh::unchecked(positions, triangles.into()))
+    }
+
+    /// A mesh whose indices were checked before.
+    pub(crate) fn unchecked(positions: Positions, triangles: Buffer<[u32; 3]>) -> Mesh {
+        Mesh {
             positions,
             triangles,
             source_faces: None,
             vertex_colors: None,
             materials: Vec::new(),
             triangle_materials: None,
-        })
+        }
     }
 
     /// The vertices.
@@ -223,7 +229,7 @@ mod tests {
         let triangles = (0..used.len())
             .map(|i| [0, 1, 2].map(|corner| used[(i + corner) % used.len()]))
             .collect();
-        let mesh = Mesh::new(Positions::F64(positions), triangles).unwrap();
+        let mesh = Mesh::new(Positions::F64(positions.into()), triangles).unwrap();
 
         let seen = mesh.fold_vertices(0, |n, _| n + 1, |a, b| a + b);
         assert_eq!(seen, used.len() - 2);

@@ -41,6 +41,11 @@ impl Frame {
         Frame { offset, scale: 1.0 / unit, unit }
     }
 
+    /// The frame of an offset and a unit, which is a power of two.
+    pub fn from_parts(offset: Vec3, unit: f64) -> Frame {
+        Frame { offset, scale: 1.0 / unit, unit }
+    }
+
     /// Lengths in the frame are this times those of the user.
     pub fn scale(&self) -> f64 {
         self.scale

@@ -35,7 +35,7 @@ const fn gamma(operations: u32) -> f64 {
 /// use halfline::{Mesh, Ray, Scene};
 ///
 /// let corners = vec![[0.1, 0.2, 0.3], [1.0, 0.3, 0.7], [0.3, 1.0, 0.9]];
-/// let scene = Scene::new(Mesh::new(Positions::F64(corners), vec![[0, 1, 2]])?)?;
+/// let scene = Scene::new(Mesh::new(Positions::F64(corners.into()), vec![[0, 1, 2]])?)?;
 /// let ray = Ray::new(vec3(0.5, 0.4, 2.0), vec3(-0.1, 0.02, -3.0));
 /// let hit = scene.closest(&ray);
 /// assert!(hit.is_hit());

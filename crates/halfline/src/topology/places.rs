@@ -80,7 +80,7 @@ mod tests {
             [nan, 0.0, 0.0],
             [1.0, 0.0, 2.0],
         ];
-        let mesh = Mesh::new(Positions::F32(vertices), Vec::new()).unwrap();
+        let mesh = Mesh::new(Positions::F32(vertices.into()), Vec::new()).unwrap();
         let places = find(mesh.positions(), &super::super::begin(&Silent, &mesh)).unwrap();
         assert_eq!(places.of_vertex, [0, 1, 0, 1, 4, 5, 0]);
         assert_eq!(places.duplicates, 3);

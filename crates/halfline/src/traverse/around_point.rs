@@ -4,7 +4,7 @@
 
 use crate::geometry::Vec3;
 use crate::mesh::Mesh;
-use crate::tree::{Bounds, KdTree, Node, NodeKind};
+use crate::tree::{Bounds, KdTree, Node, NodeKind, give_up};
 
 /// All triangles of the mesh with a corner at `point`, which is finite, each once.
 #[cold]
@@ -19,7 +19,12 @@ pub fn triangles_at(tree: &KdTree, mesh: &Mesh, point: Vec3) -> Vec<[Vec3; 3]> {
     // Gather the faces of all leaves that may hold the point, and those that no leaf holds.
     let mut faces: Vec<u32> = tree.on_line.with_corner(point).collect();
     let mut pending = vec![tree.root];
+    let mut steps = 0;
     while let Some(node) = pending.pop() {
+        steps += 1;
+        if steps > tree.most_steps() {
+            give_up();
+        }
         match node.kind() {
             NodeKind::Inner { children, .. } => {
                 let pair = tree.children[children as usize].0;

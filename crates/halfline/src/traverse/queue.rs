@@ -24,7 +24,7 @@ use super::bundle::{Bundle, GROUPS, Mask, RAYS};
 use super::cast::{Asked, Batch, Candidates, Cast, Decision, Pairs, RayState, Work};
 use super::wide_ray::World;
 use crate::simd::{Job, LANES, Simd, WORDS};
-use crate::tree::{KdTree, LeafBlock, WideNode, Word};
+use crate::tree::{KdTree, LeafBlock, WideNode, Word, give_up};
 
 /// Rays under way at a time, each in a slot.
 const SLOTS: usize = WORDS;
@@ -123,6 +123,47 @@ fn next_slot(mask: &mut u32) -> Option<usize> {
     Some(slot)
 }
 
+/// Turns between two looks, at least: looking takes time.
+const FEWEST_TURNS: usize = 1 << 12;
+
+/// Gives up where a ray takes more turns than a walk can have steps. In each turn each ray takes a step,
+/// so it is enough to look from time to time whether any slot has still the ray that it had.
+struct Patience {
+    most_turns: usize,
+    turns: usize,
+    /// The rays that were under way when turns were last counted from zero.
+    numbers: [usize; SLOTS],
+}
+
+impl Patience {
+    fn new(tree: &KdTree) -> Patience {
+        let most_turns = FEWEST_TURNS.max(tree.most_wide_steps() + 1);
+        Patience { most_turns, turns: 0, numbers: [usize::MAX; SLOTS] }
+    }
+
+    /// Counts a turn; `busy` has a bit for each slot whose ray is under way.
+    #[inline(always)]
+    fn take_turn(&mut self, rays: &[RayState; SLOTS], busy: u32) {
+        self.turns += 1;
+        if self.turns > self.most_turns {
+            self.look(rays, busy);
+        }
+    }
+
+    #[cold]
+    #[inline(never)]
+    fn look(&mut self, rays: &[RayState; SLOTS], busy: u32) {
+        let is_busy = |slot: usize| busy >> slot & 1 == 1;
+        let numbers =
+            std::array::from_fn(|slot| if is_busy(slot) { rays[slot].number } else { usize::MAX });
+        let stays = |slot: usize| numbers[slot] == self.numbers[slot];
+        if (0..SLOTS).any(|slot| is_busy(slot) && stays(slot)) {
+            give_up();
+        }
+        (self.turns, self.numbers) = (0, numbers);
+    }
+}
+
 /// Rays that wait for slots.
 struct Waiting<Q> {
     bundle: Bundle<Q>,
@@ -172,6 +213,7 @@ impl<B: Batch> Job for Cast<'_, B> {
         let mut rays = [RayState::none(); SLOTS];
         let mut decisions: [Decision<B::Query>; SLOTS] = std::array::from_fn(|_| Decision::new());
         let mut hits = [(0, Candidates::default()); SLOTS];
+        let mut patience = Patience::new(tree);
 
         loop {
             // Divide the slots by what is next.
@@ -184,6 +226,7 @@ impl<B: Batch> Job for Cast<'_, B> {
 
             self.work.add_nodes(inner.count_ones());
             self.work.add_leaves(leaves.count_ones());
+            patience.take_turn(&rays, inner | leaves);
 
             // Let every ray at a node take a step.
             let mut rest = inner;

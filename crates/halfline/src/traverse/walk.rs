@@ -12,7 +12,7 @@ use super::slab::SlabRay;
 use crate::geometry::Ray;
 use crate::mesh::Mesh;
 use crate::numeric::PreparedRay;
-use crate::tree::{KdTree, MAX_DEPTH, NodeKind};
+use crate::tree::{KdTree, MAX_DEPTH, NodeKind, give_up};
 
 /// What casting rays cost.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -57,8 +57,13 @@ pub fn walk<T: LeafTest<Q>, Q: Search>(
     let stack = &mut stack.0;
     let mut waiting = 0;
     let mut node = &tree.root;
+    let mut steps = tree.most_steps();
     loop {
         counters.nodes += 1;
+        if steps == 0 {
+            give_up();
+        }
+        steps -= 1;
         match node.kind() {
             NodeKind::Inner { children, split } => {
                 // Clip both children; go to the nearer one that is met, and let the other wait.

@@ -7,6 +7,7 @@ use rayon::prelude::*;
 
 use super::BLOCK_SIZE;
 use crate::geometry::{NO_FACE, Vec3, vec3};
+use crate::map::Buffer;
 use crate::mesh::Mesh;
 use crate::numeric::{CornerLanes, Frame};
 
@@ -67,7 +68,7 @@ impl LeafBlock {
 #[derive(Clone, Debug)]
 pub struct LeafBlocks {
     /// One for each leaf, in the order of the nodes.
-    pub blocks: Vec<LeafBlock>,
+    pub blocks: Buffer<LeafBlock>,
     /// True if every block gives the user's corners exactly, as it does for single-precision meshes
     /// whose coordinates are of similar size. Then the mesh, where they lie anywhere, need not be
     /// read, which would cost a cache miss for nearly every corner.
@@ -78,7 +79,7 @@ impl LeafBlocks {
     /// Makes the blocks of leaves.
     pub fn pack(mesh: &Mesh, frame: &Frame, leaves: &[LeafFaces]) -> LeafBlocks {
         let mut blocks = Vec::with_capacity(leaves.len());
-        crate::io::advise_huge_pages(blocks.spare_capacity_mut());
+        crate::map::advise_huge_pages(blocks.spare_capacity_mut());
         let are_exact = AtomicBool::new(true);
         let pack = |faces: &LeafFaces| {
             let (block, is_exact) = LeafBlock::of(mesh, frame, faces);
@@ -88,7 +89,7 @@ impl LeafBlocks {
             block
         };
         leaves.par_iter().with_min_len(64).map(pack).collect_into_vec(&mut blocks);
-        LeafBlocks { blocks, are_exact: are_exact.into_inner() }
+        LeafBlocks { blocks: blocks.into(), are_exact: are_exact.into_inner() }
     }
 
     /// The corners of the triangle in a lane of `block`, as the user gave them.

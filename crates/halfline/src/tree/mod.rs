@@ -1,20 +1,32 @@
 //! The kd-tree that the engine walks: nodes, the leaves' triangles, statistics.
 
 mod bounds;
+pub mod file;
 mod leaf_block;
 mod node;
 mod on_line;
+mod parameters;
 mod statistics;
 mod wide_node;
 
 pub use bounds::Bounds;
+pub use file::{ContentHash, TreeFile, Verify, is_tree_file};
 pub use leaf_block::{LeafBlock, LeafBlocks, LeafFaces};
 pub use node::{Children, Node, NodeKind, Split};
-pub use on_line::FacesOnLine;
+pub use on_line::{CornerOnLine, FacesOnLine};
+pub use parameters::{BuildParameters, Preset};
 pub use statistics::TreeStatistics;
 pub use wide_node::{WideNode, WideTree, Word};
 
+use crate::map::Buffer;
 use crate::numeric::Frame;
+
+/// Gives up on a tree that no builder made. [`Scene::guarded`](crate::Scene::guarded) makes an error of
+/// it.
+#[cold]
+pub(crate) fn give_up() -> ! {
+    panic!("the tree is damaged: a walk goes in circles")
+}
 
 /// No leaf lies deeper than this below the root: the builder's promise, which sizes the stacks.
 pub const MAX_DEPTH: usize = 128;
@@ -35,7 +47,7 @@ pub struct KdTree {
     /// The root; a leaf of no triangles for an empty mesh.
     pub root: Node,
     /// All other nodes, as pairs of siblings, depth first.
-    pub children: Vec<Children>,
+    pub children: Buffer<Children>,
     /// The same, collapsed to nodes of up to eight children: what rays walk.
     pub wide: WideTree,
     /// No frame coordinate of a corner is larger.
@@ -57,6 +69,18 @@ impl KdTree {
     #[inline]
     pub fn faces(&self, block: u32, count: u32) -> &[u32] {
         &self.leaves.blocks[block as usize].faces[..count as usize]
+    }
+
+    /// No walk goes through more binary nodes, leaves included: none comes to a node twice. A tree in a
+    /// file that was damaged after it was opened may go in circles; what walks a tree gives up beyond
+    /// this.
+    pub fn most_steps(&self) -> usize {
+        2 * self.children.len() + 1
+    }
+
+    /// The same for wide nodes and leaves.
+    pub fn most_wide_steps(&self) -> usize {
+        self.wide.nodes.len() + self.leaves.blocks.len()
     }
 
     /// Bytes of the nodes, the leaves, and the faces on a line.

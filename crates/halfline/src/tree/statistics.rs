@@ -44,12 +44,16 @@ impl KdTree {
         let mut pending: Vec<(Node, usize)> = vec![(self.root, 0)];
         while let Some((node, depth)) = pending.pop() {
             statistics.nodes += 1;
+            if statistics.nodes > self.most_steps() {
+                super::give_up();
+            }
             statistics.depth = statistics.depth.max(depth);
             let probability =
                 if root_area > 0.0 { half_area(&node.bounds) / root_area } else { 1.0 };
             match node.kind() {
                 NodeKind::Leaf { count, .. } => {
-                    let count = count as usize;
+                    // More would be damage.
+                    let count = (count as usize).min(BLOCK_SIZE);
                     statistics.leaves += 1;
                     statistics.empty_leaves += usize::from(count == 0);
                     if statistics.leaves_by_size.len() <= count {
@@ -70,7 +74,7 @@ impl KdTree {
                 }
             }
         }
-        let kept = triangles - self.skipped_zero_area - self.skipped_non_finite;
+        let kept = triangles.saturating_sub(self.skipped_zero_area + self.skipped_non_finite);
         if kept > 0 {
             statistics.references_per_triangle = statistics.references as f64 / kept as f64;
             statistics.bytes_per_triangle = statistics.bytes as f64 / kept as f64;

@@ -3,6 +3,7 @@
 use bytemuck::{Pod, Zeroable};
 
 use super::Bounds;
+use crate::map::Buffer;
 use crate::simd::LANES;
 
 /// What a word of a node, or of a ray's stack, stands for: two bits of kind, thirty of index.
@@ -106,7 +107,7 @@ pub struct WideTree {
     /// Where a walk begins; [`Word::END`] for an empty mesh.
     pub root: Word,
     /// All inner nodes, depth first.
-    pub nodes: Vec<WideNode>,
+    pub nodes: Buffer<WideNode>,
     /// How many children a walk may leave waiting at one time.
     pub most_waiting: usize,
 }

@@ -100,7 +100,7 @@ fn check_single_precision(scene: &Scene, rays: &[Ray], closest: &[Hit], any: &[b
 /// The mesh, and the same in single precision if that is the same.
 pub fn in_both_precisions(mesh: &Mesh) -> Vec<Mesh> {
     let Positions::F64(positions) = mesh.positions() else { return vec![mesh.clone()] };
-    match Positions::without_loss(positions.clone()) {
+    match Positions::without_loss(positions.to_vec()) {
         Positions::F64(_) => vec![mesh.clone()],
         single => vec![
             mesh.clone(),

@@ -24,14 +24,14 @@ use halfline::{Mesh, Ray, Vec3};
 pub fn soup(triangles: impl IntoIterator<Item = [Vec3; 3]>) -> Mesh {
     let vertices: Vec<[f64; 3]> = triangles.into_iter().flatten().map(Vec3::to_array).collect();
     let faces = (0..vertices.len() as u32 / 3).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect();
-    Mesh::new(Positions::F64(vertices), faces).expect("a valid mesh")
+    Mesh::new(Positions::F64(vertices.into()), faces).expect("a valid mesh")
 }
 
 /// The same triangles in single precision, of which trees keep copies.
 pub fn in_single_precision(mesh: &Mesh) -> Mesh {
     let Positions::F64(positions) = mesh.positions() else { return mesh.clone() };
-    let positions = positions.iter().map(|p| p.map(|x| x as f32)).collect();
-    Mesh::new(Positions::F32(positions), mesh.triangles().to_vec()).expect("a valid mesh")
+    let positions = positions.iter().map(|p| p.map(|x| x as f32));
+    Mesh::new(Positions::F32(positions.collect()), mesh.triangles().to_vec()).expect("a valid mesh")
 }
 
 /// The same triangles in double precision.

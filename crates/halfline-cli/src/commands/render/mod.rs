@@ -1,6 +1,7 @@
 //! `halfline render`: a picture of a mesh.
 
 mod options;
+mod picture_options;
 
 use std::io::BufWriter;
 use std::path::Path;
@@ -10,23 +11,23 @@ use halfline_render::Rendering;
 use serde_json::json;
 
 pub use options::Options;
+pub use picture_options::PictureOptions;
 
 use crate::failure::Failure;
 use crate::session::{Figures, Session};
+use crate::source::Source;
 use crate::table::Table;
 use crate::{output, session, units};
 
 /// Draws the picture.
 pub fn run(options: &Options, session: Session) -> Result<(), Failure> {
     output::check(&options.output, &[&options.mesh])?;
-    options.check()?;
-    let settings = options.settings();
-    let (mesh, load_seconds) = session.load(&options.mesh)?;
-    let triangles = mesh.triangle_count() as u64;
-    let (scene, build_seconds) =
-        session.timed(Stage::Build, |observer| options.tree.build(mesh, observer))?;
+    let settings = options.picture.settings().map_err(Failure::Usage)?;
+    let source = Source::open(&options.mesh, &options.tree, &session)?;
+    let scene = &source.scene;
+    let triangles = scene.mesh().triangle_count() as u64;
     let (rendering, trace_seconds) = session
-        .timed(Stage::Trace, |observer| halfline_render::render(&scene, &settings, observer))?;
+        .timed(Stage::Trace, |observer| halfline_render::render(scene, &settings, observer))?;
     let write_seconds = write(&options.output, &rendering, &session)?;
 
     let (zero_area, non_finite) = (scene.tree().skipped_zero_area, scene.tree().skipped_non_finite);
@@ -44,7 +45,7 @@ pub fn run(options: &Options, session: Session) -> Result<(), Failure> {
     tell("shading", json!(settings.shading.name()));
     tell("samples", json!(settings.samples));
     tell("seed", json!(settings.seed));
-    tell("preset", json!(options.tree.name()));
+    tell("preset", json!(source.preset));
     tell("coverage", json!(rendering.coverage()));
     tell("rays", json!(rays.total()));
     tell(
@@ -58,8 +59,8 @@ pub fn run(options: &Options, session: Session) -> Result<(), Failure> {
         }),
     );
     tell("rays_per_second", json!(rays_per_second));
-    tell("load_seconds", json!(load_seconds));
-    tell("build_seconds", json!(build_seconds));
+    tell("load_seconds", json!(source.load_seconds));
+    tell("build_seconds", json!(source.build_seconds));
     tell("trace_seconds", json!(trace_seconds));
     tell("write_seconds", json!(write_seconds));
     tell("peak_memory_bytes", json!(peak_memory));
@@ -70,9 +71,9 @@ pub fn run(options: &Options, session: Session) -> Result<(), Failure> {
             0 => "no triangles: there is nothing to see".to_owned(),
             _ => format!("{} triangles", units::count(triangles)),
         };
-        table.row("load", units::seconds(load_seconds), note);
+        table.row("load", units::seconds(source.load_seconds), note);
         table.skipped(zero_area, non_finite);
-        table.row("build", units::seconds(build_seconds), options.tree.name());
+        source.build_row(&mut table, "");
         let note = format!(
             "{}rays, {}rays/s",
             units::metric(rays.total() as f64),

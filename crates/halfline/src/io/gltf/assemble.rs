@@ -127,13 +127,13 @@ pub(super) fn assemble(buffers: &Buffers, bytes: u64, observer: &dyn Observer) -
     }
 
     let mut mesh = Mesh::new(Positions::without_loss(output.positions), output.triangles)?;
-    mesh.vertex_colors = output.colors;
+    mesh.vertex_colors = output.colors.map(Into::into);
     if output.materials.iter().any(|&material| material != default_material) {
         mesh.materials = buffers.document.materials.iter().map(material::convert).collect();
         if output.materials.contains(&default_material) {
             mesh.materials.push(Default::default());
         }
-        mesh.triangle_materials = Some(output.materials);
+        mesh.triangle_materials = Some(output.materials.into());
     }
     Ok(mesh)
 }

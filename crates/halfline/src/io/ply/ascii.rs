@@ -207,7 +207,11 @@ impl<'a> Body<'a> {
             double.append(&mut d);
             colors.append(&mut c);
         }
-        let positions = if schema.double { Positions::F64(double) } else { Positions::F32(single) };
+        let positions = if schema.double {
+            Positions::F64(double.into())
+        } else {
+            Positions::F32(single.into())
+        };
         Ok((positions, schema.color.map(|_| colors)))
     }
 

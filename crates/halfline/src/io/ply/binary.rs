@@ -11,8 +11,8 @@ use super::layout::{self, CHUNK_RECORDS, Extent, Failure, FixedProperty, Records
 use super::scalar::{Number, Scalar};
 use super::schema::Schema;
 use crate::error::{Error, Result};
-use crate::io::map::zeroed;
 use crate::io::progress::ByteProgress;
+use crate::map::zeroed;
 use crate::mesh::Positions;
 use crate::progress::Observer;
 
@@ -184,38 +184,56 @@ fn read_positions<const BIG: bool>(vertices: &Table<BIG>, schema: &Schema) -> Re
         types[axis].real::<BIG>(&bytes[properties[xyz[axis]].offset..])
     };
     Ok(if types == [Scalar::F32; 3] {
-        Positions::F32(vertices.fill(
-            [0.0; 3],
-            |bytes, properties| {
-                let read =
-                    |property: usize| f32::read::<BIG>(&bytes[properties[property].offset..]);
-                [read(x), read(y), read(z)]
-            },
-            unchecked,
-        )?)
+        Positions::F32(
+            vertices
+                .fill(
+                    [0.0; 3],
+                    |bytes, properties| {
+                        let read = |property: usize| {
+                            f32::read::<BIG>(&bytes[properties[property].offset..])
+                        };
+                        [read(x), read(y), read(z)]
+                    },
+                    unchecked,
+                )?
+                .into(),
+        )
     } else if types == [Scalar::F64; 3] {
-        Positions::F64(vertices.fill(
-            [0.0; 3],
-            |bytes, properties| {
-                let read =
-                    |property: usize| f64::read::<BIG>(&bytes[properties[property].offset..]);
-                [read(x), read(y), read(z)]
-            },
-            unchecked,
-        )?)
+        Positions::F64(
+            vertices
+                .fill(
+                    [0.0; 3],
+                    |bytes, properties| {
+                        let read = |property: usize| {
+                            f64::read::<BIG>(&bytes[properties[property].offset..])
+                        };
+                        [read(x), read(y), read(z)]
+                    },
+                    unchecked,
+                )?
+                .into(),
+        )
     } else if schema.double {
-        Positions::F64(vertices.fill(
-            [0.0; 3],
-            |bytes, properties| [0, 1, 2].map(|axis| real(axis, bytes, properties)),
-            unchecked,
-        )?)
+        Positions::F64(
+            vertices
+                .fill(
+                    [0.0; 3],
+                    |bytes, properties| [0, 1, 2].map(|axis| real(axis, bytes, properties)),
+                    unchecked,
+                )?
+                .into(),
+        )
     } else {
         // Exact: each type is one whose values single precision holds.
-        Positions::F32(vertices.fill(
-            [0.0; 3],
-            |bytes, properties| [0, 1, 2].map(|axis| real(axis, bytes, properties) as f32),
-            unchecked,
-        )?)
+        Positions::F32(
+            vertices
+                .fill(
+                    [0.0; 3],
+                    |bytes, properties| [0, 1, 2].map(|axis| real(axis, bytes, properties) as f32),
+                    unchecked,
+                )?
+                .into(),
+        )
     })
 }
 

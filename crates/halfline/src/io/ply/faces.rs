@@ -152,7 +152,7 @@ mod tests {
     use super::*;
 
     fn square() -> Positions {
-        Positions::F32(vec![[0., 0., 0.], [1., 0., 0.], [1., 1., 0.], [0., 1., 0.]])
+        Positions::F32(vec![[0., 0., 0.], [1., 0., 0.], [1., 1., 0.], [0., 1., 0.]].into())
     }
 
     #[test]

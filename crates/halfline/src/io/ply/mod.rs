@@ -57,8 +57,8 @@ pub fn read(path: &Path, bytes: &[u8], observer: &dyn Observer) -> Result<Mesh> 
     let Triangles { triangles, source_faces } = parts.triangles;
     let mut mesh = Mesh::new(parts.positions, triangles)
         .map_err(|error| Error::format(path, "faces", error.to_string()))?;
-    mesh.source_faces = source_faces;
-    mesh.vertex_colors = parts.colors;
+    mesh.source_faces = source_faces.map(Into::into);
+    mesh.vertex_colors = parts.colors.map(Into::into);
     progress.finish();
     Ok(mesh)
 }

@@ -90,7 +90,7 @@ const FACES: &[&str] = &["list uchar int vertex_indices"];
 const TWO: &[&[f64]] = &[&[3., 0., 1., 2.], &[3., 0., 2., 3.]];
 
 fn square() -> Positions {
-    Positions::F32(vec![[0., 0., 0.], [1., 0., 0.], [1., 1., 0.], [0., 1., 0.5]])
+    Positions::F32(vec![[0., 0., 0.], [1., 0., 0.], [1., 1., 0.], [0., 1., 0.5]].into())
 }
 
 /// Small valid files, of all encodings and with all paths through the readers.
@@ -195,9 +195,9 @@ fn coordinates_keep_their_precision() {
             let properties = properties.each_ref().map(|p| &**p);
             let bytes = ply(encoding, &[("vertex", &properties, &[&[3., 1., 2.]])]);
             let expected = if double {
-                Positions::F64(vec![[3., 1., 2.]])
+                Positions::F64(vec![[3., 1., 2.]].into())
             } else {
-                Positions::F32(vec![[3., 1., 2.]])
+                Positions::F32(vec![[3., 1., 2.]].into())
             };
             assert_eq!(*read_bytes(&bytes).unwrap().positions(), expected, "{encoding} {types:?}");
         }
@@ -205,7 +205,7 @@ fn coordinates_keep_their_precision() {
     let wide = [16_777_217.0, 0.1, -1e300];
     for encoding in ENCODINGS {
         let bytes = ply(encoding, &[("vertex", &["int x", "double y", "double z"], &[&wide])]);
-        assert_eq!(*read_bytes(&bytes).unwrap().positions(), Positions::F64(vec![wide]));
+        assert_eq!(*read_bytes(&bytes).unwrap().positions(), Positions::F64(vec![wide].into()));
     }
 }
 
@@ -218,10 +218,10 @@ fn polygons_are_cut_and_small_faces_skipped() {
         let mesh = read_bytes(&bytes).unwrap();
         assert_eq!(mesh.triangle_count(), 3, "{encoding}");
         assert_eq!(mesh.triangles()[0], [0, 1, 2]);
-        assert_eq!(mesh.source_faces, Some(vec![1, 3, 3]));
+        assert_eq!(mesh.source_faces, Some(vec![1, 3, 3].into()));
         let quads: &[&[f64]] = &[&[4., 0., 1., 2., 3.]];
         let bytes = ply(encoding, &[("vertex", XYZ, SQUARE), ("face", FACES, quads)]);
-        assert_eq!(read_bytes(&bytes).unwrap().source_faces, Some(vec![0, 0]));
+        assert_eq!(read_bytes(&bytes).unwrap().source_faces, Some(vec![0, 0].into()));
     }
 }
 
@@ -252,10 +252,10 @@ fn colours_are_read_from_all_types() {
             let row = [0., 0., 0., 255. * scale, 0., 128. * scale, 51. * scale];
             let bytes = ply(encoding, &[("vertex", &properties, &[&row])]);
             let colors = read_bytes(&bytes).unwrap().vertex_colors;
-            assert_eq!(colors, Some(vec![[255, 0, 128, 51]]), "{encoding} {kind}");
+            assert_eq!(colors, Some(vec![[255, 0, 128, 51]].into()), "{encoding} {kind}");
             let bytes = ply(encoding, &[("vertex", &properties[..6], &[&row[..6]])]);
             let colors = read_bytes(&bytes).unwrap().vertex_colors;
-            assert_eq!(colors, Some(vec![[255, 0, 128, 255]]), "{encoding} {kind}");
+            assert_eq!(colors, Some(vec![[255, 0, 128, 255]].into()), "{encoding} {kind}");
             let bytes = ply(encoding, &[("vertex", &properties[..5], &[&row[..5]])]);
             assert_eq!(read_bytes(&bytes).unwrap().vertex_colors, None);
         }
@@ -299,7 +299,7 @@ fn all_line_ends_and_comments_are_read() {
         let mut bytes = header.replace('\n', end).into_bytes();
         bytes.extend([b'\n', b'\r', b'\n']);
         let mesh = read_bytes(&bytes).unwrap();
-        assert_eq!(*mesh.positions(), Positions::F32(vec![[10., 13., 10.]]), "{end:?}");
+        assert_eq!(*mesh.positions(), Positions::F32(vec![[10., 13., 10.]].into()), "{end:?}");
     }
 }
 
@@ -557,7 +557,7 @@ fn any_mesh() -> impl Strategy<Value = Mesh> {
             let mut point = || [0; 3].map(|_| f64::from(next() as i32) / 1000.0);
             let points: Vec<[f64; 3]> = (0..vertices).map(|_| point()).collect();
             let positions = if double {
-                Positions::F64(points)
+                Positions::F64(points.into())
             } else {
                 Positions::F32(points.iter().map(|p| p.map(|c| c as f32)).collect())
             };

@@ -13,6 +13,7 @@ use std::path::Path;
 use super::progress::ByteProgress;
 use super::weld::{Welded, weld};
 use crate::error::{Error, Result};
+use crate::map::Buffer;
 use crate::mesh::{Mesh, Positions};
 use crate::progress::{Observer, Stage};
 
@@ -93,10 +94,10 @@ pub fn read(path: &Path, bytes: &[u8], observer: &dyn Observer) -> Result<Mesh> 
 }
 
 fn into_mesh<P>(
-    positions: impl Fn(Vec<P>) -> Positions,
+    positions: impl Fn(Buffer<P>) -> Positions,
     (vertices, triangles): Welded<P>,
 ) -> Result<Mesh> {
-    Mesh::new(positions(vertices), triangles)
+    Mesh::new(positions(vertices.into()), triangles)
 }
 
 fn read_binary(path: &Path, bytes: &[u8], progress: &ByteProgress) -> Result<Welded<[f32; 3]>> {

@@ -50,7 +50,7 @@ fn error_of(bytes: &[u8]) -> String {
 fn assert_tetrahedron(bytes: &[u8]) {
     let mesh = read_bytes(bytes).unwrap();
     let vertices = vec![[0., 0., 0.], [0., 1., 0.], [1., 0., 0.], [0., 0., 1.]];
-    assert_eq!(*mesh.positions(), Positions::F32(vertices));
+    assert_eq!(*mesh.positions(), Positions::F32(vertices.into()));
     assert_eq!(mesh.triangles(), [[0, 1, 2], [0, 2, 3], [0, 3, 1], [2, 1, 3]]);
 }
 

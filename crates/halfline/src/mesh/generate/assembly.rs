@@ -108,9 +108,9 @@ impl Assembly {
         if self.positions.len() >= u32::MAX as usize {
             return Err(Error::invalid("number of triangles", "more than 2^32 - 2 vertices"));
         }
-        let mut mesh = Mesh::new(Positions::F32(self.positions), self.triangles)?;
+        let mut mesh = Mesh::new(Positions::F32(self.positions.into()), self.triangles)?;
         mesh.materials = self.materials;
-        mesh.triangle_materials = Some(self.triangle_materials);
+        mesh.triangle_materials = Some(self.triangle_materials.into());
         Ok(mesh)
     }
 }

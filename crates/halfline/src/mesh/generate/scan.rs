@@ -31,7 +31,7 @@ const SCANNER_NOISE: f64 = 0.03;
 /// See [`Kind::Scan`](super::Kind::Scan).
 pub fn scan(triangles: usize, seed: u64, progress: &SharedProgress) -> Result<Mesh> {
     let (positions, triangles) = scanned(triangles, seed, progress)?;
-    Mesh::new(Positions::F32(positions), triangles)
+    Mesh::new(Positions::F32(positions.into()), triangles)
 }
 
 /// Vertices, and triangles that point into them.

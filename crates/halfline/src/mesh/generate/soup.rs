@@ -22,7 +22,7 @@ pub fn soup(triangles: usize, seed: u64, progress: &SharedProgress) -> Result<Me
         let first = 3 * i as u32;
         [first, first + 1, first + 2]
     })?;
-    Mesh::new(Positions::F32(positions), indices)
+    Mesh::new(Positions::F32(positions.into()), indices)
 }
 
 /// Triangle `index`, within the unit cube, its edges about `edge` long.

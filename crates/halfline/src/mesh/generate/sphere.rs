@@ -11,5 +11,5 @@ use crate::progress::SharedProgress;
 pub fn sphere(triangles: usize, progress: &SharedProgress) -> Result<Mesh> {
     let grid = CubeSphere::new(triangles, Order::Strips);
     let positions = fill(grid.vertex_count(), triangles, progress, |i| single(grid.direction(i)))?;
-    Mesh::new(Positions::F32(positions), grid.triangles(|_| true)?)
+    Mesh::new(Positions::F32(positions.into()), grid.triangles(|_| true)?)
 }

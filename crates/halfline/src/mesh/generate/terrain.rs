@@ -45,7 +45,7 @@ pub fn terrain(triangles: usize, seed: u64, progress: &SharedProgress) -> Result
         };
         corners.map(|v| v as u32)
     })?;
-    Mesh::new(Positions::F32(positions), indices)
+    Mesh::new(Positions::F32(positions.into()), indices)
 }
 
 /// Columns and rows of a grid that is square but for a tenth, with two triangles to a cell, and

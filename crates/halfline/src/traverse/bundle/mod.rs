@@ -25,7 +25,7 @@ use super::wide_ray::World;
 use crate::geometry::NO_FACE;
 use crate::numeric::projection_axes;
 use crate::simd::{LANES, Simd};
-use crate::tree::{WideNode, Word};
+use crate::tree::{WideNode, Word, give_up};
 
 /// Groups of eight rays that are looked at together: the rays of a tile of 8 by 8 pixels.
 pub const GROUPS: usize = 8;
@@ -453,6 +453,7 @@ impl<B: Batch> Cast<'_, B> {
         let mut alive = rays_of(part);
         let (mut node, mut mask) = (tree.wide.root.index(), alive);
         let (mut steps, mut taken) = (0, 0);
+        let most_steps = tree.most_wide_steps().try_into().unwrap_or(u32::MAX);
         'steps: loop {
             self.work.add_nodes(1);
             bundle.push_children(simd, &tree.wide.nodes, node, mask);
@@ -485,6 +486,9 @@ impl<B: Batch> Cast<'_, B> {
                     continue;
                 }
                 steps += 1;
+                if steps > most_steps {
+                    give_up();
+                }
                 taken += mask.count_ones();
                 let word = Word(bundle.words[top]);
                 if word.is_inner() {

@@ -1,23 +1,20 @@
-//! Pages of memory: a file's bytes, mapped rather than copied where the operating system can, and
-//! fresh arrays for what is made of them.
+//! A file's bytes, mapped rather than copied where the operating system can.
 
 use std::fs::File;
 use std::io::Read;
 use std::ops::Deref;
 use std::path::Path;
 
+use super::MappedFile;
 use crate::error::{Error, Result};
 use crate::progress::Observer;
 
-/// The bytes of a file.
-///
-/// A mapped file shows what other programs do to it while it is mapped. Readers must therefore not
-/// trust in a second look what they verified in a first one; a file that is cut short under the
-/// map ends the process with SIGBUS, as with every program that maps files.
+/// The bytes of a file. Readers must not trust in a second look what they verified in a first one: see
+/// [`MappedFile`].
 #[derive(Debug)]
 pub enum Bytes {
     /// Pages of the file itself, read only.
-    Mapped(memmap2::Mmap),
+    Mapped(MappedFile),
     /// A copy, for what cannot be mapped: pipes, devices, empty files.
     Owned(Vec<u8>),
 }
@@ -42,22 +39,12 @@ impl Bytes {
         }
         if metadata.is_file()
             && metadata.len() > 0
-            && let Some(map) = map(&file)
+            && let Some(map) = MappedFile::new(&file)
         {
             return Ok(Bytes::Mapped(map));
         }
         read_stream(path, file, observer, accept).map(Bytes::Owned)
     }
-}
-
-/// The map of a whole regular file; `None` where the file system cannot map.
-#[allow(unsafe_code)]
-fn map(file: &File) -> Option<memmap2::Mmap> {
-    // SAFETY: the map is read only, and its length is the file's, asked by memmap2. Nobody can
-    // promise that no other program changes the file meanwhile; every reader in this crate indexes
-    // the bytes with bounds checks in each pass and assumes no relation between two reads of the
-    // same byte, so a change can give a wrong mesh or an error, never a wild access.
-    unsafe { memmap2::Mmap::map(file) }.ok()
 }
 
 fn read_stream(
@@ -83,39 +70,17 @@ fn read_stream(
     }
 }
 
-/// An array of `count` zeros, as far as possible in huge pages that nobody has touched yet.
-///
-/// Reading a large file is bound by the first touches of the memory that it is read to: with pages
-/// of 4 KiB they cost twice as much as everything else together. Whoever fills the array should do
-/// so in parallel, since a page is cleared by the thread that touches it first.
-pub fn zeroed<T: Copy>(zero: T, count: usize) -> Vec<T> {
-    let mut items = vec![zero; count];
-    advise_huge_pages(&mut items);
-    items
-}
-
-/// Asks that the memory of `items` be backed by huge pages, which matters most before it is touched:
-/// random reads of a large array then miss the translation cache far less often.
-#[cfg(target_os = "linux")]
-#[allow(unsafe_code)]
-pub fn advise_huge_pages<T>(items: &mut [T]) {
-    const HUGE_PAGE: usize = 2 << 20;
-    let start = items.as_mut_ptr().cast::<u8>();
-    let skipped = start.align_offset(HUGE_PAGE);
-    let Some(rest) = size_of_val(items).checked_sub(skipped) else {
-        return;
-    };
-    let length = rest - rest % HUGE_PAGE;
-    if length > 0 {
-        // SAFETY: the range lies within `items`, which is borrowed mutably. The advice changes by
-        // which pages the range is backed, never what it holds, and its failure changes nothing.
-        unsafe { libc::madvise(start.add(skipped).cast(), length, libc::MADV_HUGEPAGE) };
+impl Bytes {
+    /// An error if the file at `path` was cut short while it was read.
+    pub fn check(&self, path: &Path) -> Result<()> {
+        match self {
+            Bytes::Mapped(map) if map.was_shortened() => {
+                Err(Error::format(path, "end", "the file was cut short while it was read"))
+            }
+            _ => Ok(()),
+        }
     }
 }
-
-/// There is no such advice here.
-#[cfg(not(target_os = "linux"))]
-pub fn advise_huge_pages<T>(_: &mut [T]) {}
 
 impl Deref for Bytes {
     type Target = [u8];
@@ -157,18 +122,6 @@ mod tests {
         assert!(error.contains("directory"), "{error}");
         let error = Bytes::open(&folder.path().join("none.ply"), &Silent, &accept_all).unwrap_err();
         assert!(error.to_string().contains("none.ply"), "{error}");
-    }
-
-    #[test]
-    fn fresh_arrays_of_all_sizes_are_zero() {
-        for count in [0, 1, 1000, 600_000, 3_000_001] {
-            let mut items = zeroed([0_u32; 3], count);
-            assert_eq!(items.len(), count);
-            assert!(items.iter().all(|item| *item == [0; 3]));
-            items.fill([7; 3]);
-            items.push([8; 3]);
-            assert!(items[..count].iter().all(|item| *item == [7; 3]));
-        }
     }
 
     #[test]

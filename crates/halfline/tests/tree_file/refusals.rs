@@ -1,0 +1,139 @@
+//! What cannot be opened, and why.
+
+use std::fs::{self, File};
+use std::os::unix::fs::FileExt;
+use std::path::Path;
+use std::time::SystemTime;
+
+use halfline::progress::Silent;
+use halfline::tree::Verify;
+use halfline::{Error, Scene};
+
+use crate::common::Random;
+use crate::full_scene;
+
+/// The line that says why a file is refused. It names the file.
+fn refusal(path: &Path, verify: Verify) -> String {
+    let error = match Scene::open(path, verify, &Silent) {
+        Ok(_) => panic!("{} was opened", path.display()),
+        Err(error) => error.to_string(),
+    };
+    assert!(error.contains(path.to_str().unwrap()), "{error}");
+    assert_eq!(error.lines().count(), 1, "{error}");
+    error
+}
+
+fn change(path: &Path, at: usize, bytes: &[u8]) {
+    File::options().write(true).open(path).unwrap().write_all_at(bytes, at as u64).unwrap();
+}
+
+#[test]
+fn every_damaged_byte_is_noticed() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("tree.hlt");
+    full_scene().save(&path, &Silent).unwrap();
+    let whole = fs::read(&path).unwrap();
+    let mut random = Random(3);
+    let anywhere = (0..200).map(|_| random.below(whole.len()));
+    let places = (0..400).chain([4095, 4096, whole.len() - 1]).chain(anywhere);
+    for at in places.collect::<Vec<_>>() {
+        change(&path, at, &[whole[at] ^ 0x10]);
+        let error = refusal(&path, Verify::IfTouched);
+        if at >= 16 {
+            assert!(error.contains("damaged"), "{at}: {error}");
+        }
+        change(&path, at, &whole[at..=at]);
+    }
+    Scene::open(&path, Verify::Always, &Silent).expect("whole again");
+}
+
+#[test]
+fn a_file_that_was_not_touched_is_not_verified_and_one_that_was_is() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("tree.hlt");
+    full_scene().save(&path, &Silent).unwrap();
+    let time = path.metadata().unwrap().modified().unwrap();
+    change(&path, 5000, &[99]);
+    let file = File::options().write(true).open(&path).unwrap();
+
+    // Damaged behind the back of the file system.
+    file.set_modified(time).unwrap();
+    Scene::open(&path, Verify::IfTouched, &Silent).expect("is not looked at");
+    Scene::open(&path, Verify::Never, &Silent).expect("is not looked at");
+    assert!(refusal(&path, Verify::Always).contains("bytes 4096 to"));
+    file.set_modified(SystemTime::now()).unwrap();
+    assert!(refusal(&path, Verify::IfTouched).contains("binary nodes"));
+}
+
+#[test]
+fn truncated_longer_foreign_and_other_files_are_refused_in_one_line() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("tree.hlt");
+    full_scene().save(&path, &Silent).unwrap();
+    let whole = fs::read(&path).unwrap();
+    for verify in [Verify::IfTouched, Verify::Never] {
+        let refused = |bytes: &[u8]| {
+            fs::write(&path, bytes).unwrap();
+            refusal(&path, verify)
+        };
+        for length in [1, 7, 8, 15, 16, 4095, 4096, 10_000, whole.len() - 1] {
+            let error = refused(&whole[..length]);
+            assert!(error.contains("cut short"), "{length}: {error}");
+        }
+        assert!(refused(&[]).contains("empty"));
+        assert!(refused(&[&whole[..], &[0]].concat()).contains("made longer"));
+        assert!(refused(b"ply\nformat ascii 1.0\n").contains("not a tree of halfline"));
+        assert!(refused(&[0; 10_000]).contains("not a tree of halfline"));
+        // Copied as text.
+        let text: Vec<u8> = whole.iter().copied().filter(|&byte| byte != b'\r').collect();
+        assert!(refused(&text).contains("not a tree of halfline"));
+
+        let with = |at: usize, bytes: &[u8]| {
+            let mut changed = whole.clone();
+            changed[at..at + bytes.len()].copy_from_slice(bytes);
+            changed
+        };
+        let newer = refused(&with(8, &[2]));
+        assert!(newer.contains("version 2") && newer.contains("version 1"), "{newer}");
+        assert!(refused(&with(8, &[0])).contains("version 0"));
+        assert!(refused(&with(12, &[1, 2, 3, 4])).contains("another order"));
+    }
+
+    let missing = Scene::open(&folder.path().join("none.hlt"), Verify::Always, &Silent);
+    assert!(matches!(missing, Err(Error::Io { .. })));
+    assert!(refusal(folder.path(), Verify::Always).contains("directory"));
+    assert!(refusal(Path::new("/dev/null"), Verify::Always).contains("regular file"));
+}
+
+/// Headers that say the right checksum of wrong things.
+#[test]
+fn impossible_headers_are_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("tree.hlt");
+    full_scene().save(&path, &Silent).unwrap();
+    let whole = fs::read(&path).unwrap();
+    let mut random = Random(9);
+    let mut opened = 0;
+    for turn in 0..300 {
+        let mut forged = whole.clone();
+        let at = 56 + random.below(330);
+        let byte = [0, 1, 0x7f, 0x80, 0xff, random.below(256) as u8][turn % 6];
+        forged[at] = byte;
+        if turn % 3 == 0 {
+            forged[at & !7..][..8].fill(byte);
+        }
+        forged[32..40].fill(0);
+        let checksum = twox_hash::XxHash3_64::oneshot(&forged[..4096]);
+        forged[32..40].copy_from_slice(&checksum.to_le_bytes());
+        fs::write(&path, &forged).unwrap();
+        match Scene::open(&path, Verify::Never, &Silent) {
+            Ok(scene) => {
+                opened += 1;
+                crate::damage::ask_everything(&scene, 24);
+            }
+            Err(Error::Format { .. }) => {}
+            Err(error) => panic!("{at} {byte}: {error}"),
+        }
+    }
+    assert!(opened > 0 && opened < 300, "{opened}");
+}
