@@ -12,4 +12,4 @@ def main() -> None:
     """Runs the command with the arguments of the process, and ends the process."""
     # The command listens to Ctrl-C by itself; Python would only note it until the call is over.
     signal.signal(signal.SIGINT, signal.SIG_DFL)
-    sys.exit(_native.main(sys.argv))
+    sys.exit(_native.main(["halfline", *sys.argv[1:]]))

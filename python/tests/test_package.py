@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import signal
 import subprocess
 import sys
+import time
 from pathlib import Path
 
 import halfline
 import pytest
+from conftest import Halfline, Judged
 from halfline import _command
 
 
@@ -35,3 +38,51 @@ def test_the_command_starts_without_numpy() -> None:
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout == "False\n"
     assert callable(_command.main)
+
+
+def command(*arguments: str | Path) -> subprocess.CompletedProcess[str]:
+    """Runs the command that comes with the package."""
+    return subprocess.run(
+        [sys.executable, "-m", "halfline", *arguments],
+        capture_output=True,
+        text=True,
+        timeout=60,
+        check=False,
+    )
+
+
+@pytest.mark.parametrize(
+    "arguments", [["--version"], ["--help"], ["info", "--help"], ["info"], ["info", "nowhere.ply"]]
+)
+def test_the_command_is_the_same_program(halfline_command: Halfline, arguments: list[str]) -> None:
+    expected, found = halfline_command.run(*arguments), command(*arguments)
+    assert (found.returncode, found.stdout, found.stderr) == (
+        expected.returncode,
+        expected.stdout,
+        expected.stderr,
+    )
+
+
+def test_the_command_does_its_work(judged: Judged, tmp_path: Path) -> None:
+    picture = tmp_path / "picture.png"
+    done = command("render", judged.path, "-o", picture, "--resolution", "40,30")
+    assert done.returncode == 0, done.stderr
+    assert picture.read_bytes().startswith(b"\x89PNG")
+
+
+def test_the_command_can_be_interrupted(judged: Judged, tmp_path: Path) -> None:
+    size = ["--resolution", "2000,2000", "--samples", "4096"]
+    arguments: list[str | Path] = ["render", judged.path, "-o", tmp_path / "picture.png", *size]
+    with subprocess.Popen(
+        [sys.executable, "-m", "halfline", *arguments], stderr=subprocess.PIPE, text=True
+    ) as process:
+        time.sleep(1.0)
+        assert process.poll() is None
+        process.send_signal(signal.SIGINT)
+        begin = time.monotonic()
+        _, stderr = process.communicate(timeout=60)
+    assert process.returncode == 130
+    assert time.monotonic() - begin < 1.0 + 1.0
+    assert "Traceback" not in stderr
+    assert stderr.splitlines()[-1].endswith("interrupted")
+    assert list(tmp_path.iterdir()) == []

@@ -1,14 +1,12 @@
 //! The `halfline` command, which comes with the wheel.
 
-use pyo3::exceptions::PyNotImplementedError;
+use std::ffi::OsString;
+
 use pyo3::prelude::*;
 
 /// Runs the command with these arguments, the program's name first, and returns its exit code.
-// PLUG: `halfline_cli::run(arguments)` goes here, detached from the interpreter; the dependency on
-// halfline-cli, and `arguments: Vec<OsString>`.
 #[pyfunction]
 #[pyo3(signature = (arguments, /))]
-pub fn main(arguments: Vec<String>) -> PyResult<u8> {
-    let _ = arguments;
-    Err(PyNotImplementedError::new_err("the command is not part of the package yet"))
+pub fn main(py: Python, arguments: Vec<OsString>) -> u8 {
+    py.detach(|| halfline_cli::run(arguments))
 }
