@@ -1,7 +1,7 @@
 //! The library's errors as Python's exceptions.
 
 use halfline::Error;
-use pyo3::exceptions::{PyKeyboardInterrupt, PyOSError, PyValueError};
+use pyo3::exceptions::{PyIsADirectoryError, PyKeyboardInterrupt, PyOSError, PyValueError};
 use pyo3::prelude::*;
 
 pyo3::create_exception!(
@@ -22,6 +22,9 @@ pub fn exception(py: Python, error: Error) -> PyErr {
                 Ok(text) => PyOSError::new_err((number, text, path.into_os_string())),
                 Err(error) => error,
             },
+            None if source.kind() == std::io::ErrorKind::IsADirectory => {
+                PyIsADirectoryError::new_err(format!("{}: {source}", path.display()))
+            }
             None => PyOSError::new_err(format!("{}: {source}", path.display())),
         },
         Error::Format { .. } => FormatError::new_err(error.to_string()),
