@@ -17,10 +17,10 @@ from halfline._native import FormatError, __version__, set_thread_count, thread_
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from halfline._hits import AllHits, Hits
-    from halfline._mesh import Mesh, generate, load
     from halfline._image import Image
+    from halfline._mesh import Mesh, generate, load
     from halfline._scene import Scene
-    from halfline._scene import open_tree as open
+    from halfline._scene import open_tree as open  # noqa: A004
 
 __all__ = [
     "AllHits",

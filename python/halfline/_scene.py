@@ -21,7 +21,6 @@ from halfline._native import Scene as NativeScene
 from halfline._picture import Color, Vector, options_of
 from halfline._progress import Progress, reporting
 
-
 if TYPE_CHECKING:
     from distributed import Client
 
@@ -326,7 +325,7 @@ class Scene:
             progress: As for `Scene`, with the stage "trace" in pixels.
 
         Returns:
-            An array of uint8, shape (height, width, 3) or, if transparent, (height, width, 4), which
+            An array of uint8, shape (height, width, 3), or (height, width, 4) if transparent. It
             shows itself in Jupyter and has the other layers as attributes.
 
         Raises:
@@ -403,8 +402,9 @@ def open_tree(
 ) -> Scene:
     """Opens a scene that was saved: maps the file, in well under a millisecond whatever its size.
 
-    All processes on a machine share its memory. A file that is not as it was when it was written, by
-    its time of modification, is read once to hold it against its checksums, at the speed of memory.
+    All processes on a machine share its memory. A file that was touched since it was written, as
+    its time of modification tells, is read once and held against its checksums, at the speed of
+    memory.
 
     What is damaged after that can give wrong answers or a `FormatError`, but never harms the
     process; nor does a file that is cut short while it is open.
