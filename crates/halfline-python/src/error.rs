@@ -22,7 +22,13 @@ pub fn exception(py: Python, error: Error) -> PyErr {
                 Ok(text) => PyOSError::new_err((number, text, path.into_os_string())),
                 Err(error) => error,
             },
-            None => PyOSError::new_err(format!("{}: {source}", path.display())),
+            // Where the library itself found the reason, there is its kind.
+            None => {
+                let text = format!("{}: {source}", path.display());
+                let exception = PyErr::from(std::io::Error::new(source.kind(), text));
+                let named = exception.value(py).setattr("filename", path.into_os_string());
+                named.err().unwrap_or(exception)
+            }
         },
         Error::Format { .. } => FormatError::new_err(error.to_string()),
         Error::Invalid { .. } => PyValueError::new_err(error.to_string()),
