@@ -151,7 +151,7 @@ def test_a_file_that_is_not_there_is_an_os_error(tmp_path: Path) -> None:
         halfline.load(path)
     assert raised.value.errno == errno.ENOENT
     assert raised.value.filename == str(path)
-    with pytest.raises(IsADirectoryError, match="is a directory") as directory:
+    with pytest.raises(IsADirectoryError, match="Is a directory") as directory:
         halfline.load(tmp_path)
     assert directory.value.filename == str(tmp_path)
 
