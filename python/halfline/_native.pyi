@@ -6,6 +6,17 @@ from typing import Any, Literal, TypeAlias, final
 import numpy as np
 from numpy.typing import NDArray
 
+__all__ = [
+    "FormatError",
+    "Mesh",
+    "MeshArray",
+    "Scene",
+    "__version__",
+    "main",
+    "set_thread_count",
+    "thread_count",
+]
+
 __version__: str
 
 _Report: TypeAlias = Callable[[str, int, int], object]
