@@ -10,6 +10,7 @@ import subprocess
 import sys
 import time
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -277,7 +278,7 @@ def test_verify_skips_the_checksums_and_nothing_else(tmp_path: Path, scene: half
         path.write_bytes(damaged[: len(whole)].ljust(len(whole), b"\0"))
         opened = halfline.open(path, verify=False)
         for ask in (opened.intersect, opened.occluded, opened.count_intersections):
-            outcomes.add(outcome(lambda ask=ask: ask(origins, directions)))
+            outcomes.add(outcome(partial(ask, origins, directions)))
     assert "answer" in outcomes
     assert all(told == "answer" or "damaged" in told for told in outcomes)
 
