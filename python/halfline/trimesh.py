@@ -40,8 +40,8 @@ class RayMeshIntersector:
     precision, as of `halfline.Scene`, and differ from trimesh's in this:
 
     - A ray through an edge or a vertex that faces share crosses the surface there once, and
-      `intersects_id` tells one of the faces, where trimesh's may tell both, or none. A ray that only
-      touches a closed surface there, or lies in the plane of a face, does not cross it.
+      `intersects_id` tells one of the faces, where trimesh's may tell both, or none. A ray that
+      only touches a closed surface there, or lies in the plane of a face, does not cross it.
     - Hits begin at the origin of the ray, itself included: ray_triangle's begin a millionth before.
     - Hits come in the order of the rays, and those of a ray in the order in which it meets them.
     - `intersects_first` gives int64, as ray_triangle's does.
@@ -93,12 +93,11 @@ class RayMeshIntersector:
         Args:
             ray_origins: Where rays begin, shape (n, 3).
             ray_directions: Where they go, of any length, shape (n, 3).
-            multiple_hits: Whether to tell all hits of a ray, or the first one only. There is no limit
-                to their number.
+            multiple_hits: Whether to tell all hits of a ray, however many, or the first one only.
 
         Returns:
-            Points of the hits, shape (m, 3), float64; the index of the ray of each, shape (m,), int64;
-            and of its face, shape (m,), int64. A ray that misses does not occur in them.
+            Points of the hits, shape (m, 3), float64; the index of the ray of each, shape (m,),
+            int64; and of its face, shape (m,), int64. A ray that misses does not occur in them.
 
         Raises:
             TypeError: For arrays that are not of real numbers, or of longdouble.
@@ -127,8 +126,8 @@ class RayMeshIntersector:
 
         Returns:
             The index of the face of each hit, shape (m,), int64; of its ray, shape (m,), int64; and
-            with `return_locations` its point, shape (m, 3), float64. A ray that misses does not occur
-            in them.
+            with `return_locations` its point, shape (m, 3), float64. A ray that misses does not
+            occur in them.
 
         Raises:
             TypeError: As `intersects_location`.
@@ -177,8 +176,8 @@ class RayMeshIntersector:
         """Whether points lie inside the mesh, by the parity of crossings.
 
         In a closed mesh that is exact but for points on the surface, for which it may be either. In
-        one with holes, the rays to both sides must agree, or else neither may go free, as in trimesh;
-        if they do not, two other directions are asked.
+        one with holes the rays to both sides must agree, as in trimesh. If they do not, and one of
+        them hits nothing, the point is outside; else two other directions must agree.
 
         Args:
             points: Shape (n, 3).

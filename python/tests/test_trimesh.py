@@ -24,6 +24,11 @@ class Case(NamedTuple):
     origins: Floats
     directions: Floats
 
+    @property
+    def rays(self) -> tuple[Floats, Floats]:
+        """Origins and directions."""
+        return self.origins, self.directions
+
 
 def trimesh_of(mesh: halfline.Mesh) -> Any:
     return trimesh.Trimesh(mesh.vertices, mesh.faces, process=False)
@@ -74,7 +79,7 @@ def by_ray(*columns: NDArray[Any]) -> list[NDArray[Any]]:
 
 @pytest.mark.parametrize("multiple", [True, False])
 def test_the_hits_are_those_of_the_original(judged_case: Case, multiple: bool) -> None:
-    mesh, *rays = judged_case
+    mesh, rays = judged_case.mesh, judged_case.rays
     found = RayMeshIntersector(mesh).intersects_id(
         *rays, multiple_hits=multiple, return_locations=True
     )
@@ -89,7 +94,7 @@ def test_the_hits_are_those_of_the_original(judged_case: Case, multiple: bool) -
 
 
 def test_first_and_any_are_those_of_the_original(judged_case: Case) -> None:
-    mesh, *rays = judged_case
+    mesh, rays = judged_case.mesh, judged_case.rays
     ours, original = RayMeshIntersector(mesh), Original(mesh)
     first, expected = ours.intersects_first(*rays), original.intersects_first(*rays)
     np.testing.assert_array_equal(first, expected)
@@ -100,7 +105,7 @@ def test_first_and_any_are_those_of_the_original(judged_case: Case) -> None:
 
 
 def test_locations_are_the_same_hits_as_ids(judged_case: Case) -> None:
-    mesh, *rays = judged_case
+    mesh, rays = judged_case.mesh, judged_case.rays
     ours = RayMeshIntersector(mesh)
     locations, ray, face = ours.intersects_location(*rays)
     faces, rays_hit, points = ours.intersects_id(*rays, return_locations=True)
@@ -162,7 +167,7 @@ def test_the_original_counts_an_edge_twice_and_this_one_once() -> None:
     mesh = trimesh.Trimesh(shape.vertices, shape.faces, process=False)
     # From the inside of the cube through every vertex and the middle of every edge of its surface.
     targets = np.vstack([mesh.vertices, mesh.vertices[mesh.edges_unique].mean(axis=1)])
-    origins = np.full_like(targets, 2.0) + [0.125, 0.0625, -0.125]
+    origins = np.full_like(targets, 2.0) + np.array([0.125, 0.0625, -0.125])
     directions = targets - origins
 
     faces, ray = RayMeshIntersector(mesh).intersects_id(origins, directions)
@@ -203,7 +208,7 @@ def stack_of_squares(count: int) -> Any:
 @pytest.mark.parametrize(("limit", "expected"), [(0, 0), (1, 1), (7, 7), (100, 100), (1000, 150)])
 def test_max_hits_keeps_the_first_ones(limit: int, expected: int) -> None:
     ours = RayMeshIntersector(stack_of_squares(150))
-    origins, directions = [[0.75, 0.25, -1.0], [5, 5, -1]], [[0.0, 0.0, 1.0], [0, 0, 1]]
+    origins, directions = [[0.75, 0.25, -1.0], [5.0, 5.0, -1.0]], [[0.0, 0.0, 1.0]] * 2
     _, ray, locations = ours.intersects_id(
         origins, directions, max_hits=limit, return_locations=True
     )
@@ -245,7 +250,7 @@ def test_arguments_are_those_of_the_embree_intersector() -> None:
 def test_misses_and_no_rays_give_empty_arrays_of_the_right_shapes() -> None:
     ours = RayMeshIntersector(trimesh.creation.box())
     nothing = np.empty((0, 3))
-    for rays in (([[5, 5, 5]], [[1, 0, 0]]), (nothing, nothing)):
+    for rays in ((np.full((1, 3), 5), np.eye(3)[:1]), (nothing, nothing)):
         face, ray, location = ours.intersects_id(*rays, return_locations=True)
         assert (face.shape, ray.shape, location.shape) == ((0,), (0,), (0, 3))
         assert not ours.intersects_any(*rays).any()
@@ -275,7 +280,7 @@ def test_wrong_arrays_are_refused() -> None:
             method(two, three)
         with pytest.raises(ValueError, match=r"same shape \(n, 3\), found \(3,\) and \(3,\)"):
             method(two[0], two[0])
-        with pytest.raises(TypeError, match="ray_directions.*complex128"):
+        with pytest.raises(TypeError, match=r"ray_directions.*complex128"):
             method(two, two * 1j)
     for points in (np.zeros(3), np.zeros((2, 2)), np.zeros((1, 2, 3))):
         with pytest.raises(ValueError, match=r"points: expected shape \(n, 3\)"):
