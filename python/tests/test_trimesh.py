@@ -250,8 +250,8 @@ def test_arguments_are_those_of_the_embree_intersector() -> None:
 def test_misses_and_no_rays_give_empty_arrays_of_the_right_shapes() -> None:
     ours = RayMeshIntersector(trimesh.creation.box())
     nothing = np.empty((0, 3))
-    for rays in ((np.full((1, 3), 5), np.eye(3)[:1]), (nothing, nothing)):
-        face, ray, location = ours.intersects_id(*rays, return_locations=True)
+    for rays in ((np.full((1, 3), 5.0), np.eye(3)[:1]), (nothing, nothing)):
+        face, ray, location = ours.intersects_id(rays[0], rays[1], return_locations=True)
         assert (face.shape, ray.shape, location.shape) == ((0,), (0,), (0, 3))
         assert not ours.intersects_any(*rays).any()
         assert (ours.intersects_first(*rays) == -1).all()
