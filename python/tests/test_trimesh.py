@@ -151,6 +151,11 @@ def test_a_ray_that_goes_free_through_a_hole_tells_outside() -> None:
     assert set(ahead) == {0, 1}
     np.testing.assert_array_equal(ours.contains_points(points), ahead == 1)
 
+    # From before the box, in by a wall and out by the hole.
+    before = points - 2.0 * FIRST_WAY
+    assert set(ours.scene.count_intersections(before, FIRST_WAY)) == {1, 2}
+    assert not ours.contains_points(before).any()
+
 
 def test_points_whose_rays_disagree_are_asked_again() -> None:
     across = np.cross(FIRST_WAY, [1.0, 0.0, 0.0])
