@@ -17,18 +17,22 @@ from halfline._native import FormatError, __version__, set_thread_count, thread_
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from halfline._hits import AllHits, Hits
+    from halfline._image import Image
     from halfline._mesh import Mesh, generate, load
     from halfline._scene import Scene
+    from halfline._scene import open_tree as open  # noqa: A004
 
 __all__ = [
     "AllHits",
     "FormatError",
     "Hits",
+    "Image",
     "Mesh",
     "Scene",
     "__version__",
     "generate",
     "load",
+    "open",
     "set_thread_count",
     "thread_count",
 ]
@@ -37,11 +41,16 @@ __all__ = [
 _LAZY = {
     "AllHits": "halfline._hits",
     "Hits": "halfline._hits",
+    "Image": "halfline._image",
     "Mesh": "halfline._mesh",
     "Scene": "halfline._scene",
     "generate": "halfline._mesh",
     "load": "halfline._mesh",
+    "open": "halfline._scene",
 }
+
+# In its module it has another name, to leave the built-in one alone there.
+_NAMES = {"open": "open_tree"}
 
 if not TYPE_CHECKING:
 
@@ -49,7 +58,7 @@ if not TYPE_CHECKING:
         if name in _LAZY:
             from importlib import import_module
 
-            value = getattr(import_module(_LAZY[name]), name)
+            value = getattr(import_module(_LAZY[name]), _NAMES.get(name, name))
             globals()[name] = value
             return value
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

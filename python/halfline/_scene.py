@@ -2,7 +2,11 @@
 
 from __future__ import annotations
 
-from typing import Any
+import inspect
+import os
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -10,9 +14,15 @@ from numpy.typing import ArrayLike, NDArray
 from halfline._arrays import count_of, rays_of
 from halfline._hits import AllHits, Hits
 from halfline._html import table
+from halfline._image import Image
 from halfline._mesh import Mesh, MeshLike
+from halfline._native import FormatError, Picture
 from halfline._native import Scene as NativeScene
+from halfline._picture import Color, Vector, options_of
 from halfline._progress import Progress, reporting
+
+if TYPE_CHECKING:
+    from distributed import Client
 
 
 class Scene:
@@ -60,6 +70,13 @@ class Scene:
         self._mesh = _mesh_of(mesh, faces)
         with reporting(progress) as report:
             self._native = NativeScene.build(self._mesh._native, preset, report)
+
+    @classmethod
+    def _of(cls, native: NativeScene) -> Scene:
+        scene = cls.__new__(cls)
+        scene._mesh = Mesh._of(native.mesh)
+        scene._native = native
+        return scene
 
     @property
     def mesh(self) -> Mesh:
@@ -206,6 +223,125 @@ class Scene:
             splits, t, face, uv = self._native.intersect_all(count_of(shape), *rays, report)
         return AllHits(self._mesh, shape, splits, t, face, uv.reshape(-1, 2))
 
+    def save(self, path: str | os.PathLike[str], *, progress: Progress = None) -> None:
+        """Writes mesh and tree to a file, which `halfline.open` maps in no time.
+
+        The file appears whole or not at all, and is on the disk when this returns. The scene itself
+        stays in memory; docs/tree-file.md specifies the file.
+
+        Args:
+            path: Where to; by convention the name ends in .hlt.
+            progress: As for `Scene`, with the stage "write".
+
+        Raises:
+            OSError: If the file cannot be written.
+            FormatError: If the scene is from a file that was damaged meanwhile.
+            KeyboardInterrupt: On Ctrl-C; what was at `path` is still there.
+        """
+        with reporting(progress) as report:
+            self._native.save(os.fspath(path), report)
+
+    @property
+    def path(self) -> Path | None:
+        """The tree file that the scene was opened from, absolute; None for a scene in memory."""
+        file = self._native.file
+        return None if file is None else Path(file[0])
+
+    @property
+    def content_hash(self) -> str | None:
+        """What tells the scene's file apart from others, 32 hexadecimal digits.
+
+        It is the same for the same mesh and preset on every machine; None for a scene in memory.
+        """
+        file = self._native.file
+        return None if file is None else file[1]
+
+    def render(
+        self,
+        *,
+        width: int = 1280,
+        height: int = 720,
+        samples: int = 16,
+        seed: int = 0,
+        shading: str = "clay",
+        up: str = "+Y",
+        camera_position: Vector | None = None,
+        camera_focal_point: Vector | None = None,
+        camera_view_up: Vector | None = None,
+        camera_view_angle: float | None = None,
+        camera_azimuth_angle: float | None = None,
+        camera_elevation_angle: float | None = None,
+        camera_orthographic: bool | float | None = None,
+        background: Color = "studio",
+        ground: bool | Color | None = None,
+        ground_height: float | None = None,
+        ground_reflectivity: float | None = None,
+        material: str | None = None,
+        color: Color | None = None,
+        metallic: float | None = None,
+        roughness: float | None = None,
+        base_ior: float | None = None,
+        smooth_angle: float | None = None,
+        lights: Sequence[str] | None = None,
+        max_depth: int | None = None,
+        occlusion_rays: int | None = None,
+        occlusion_reach: float | None = None,
+        client: Client | None = None,
+        progress: Progress = None,
+    ) -> Image:
+        """Draws a picture. The arguments are the options of `halfline render`; see its help.
+
+        The picture is the same to the bit for any number of threads, and of workers.
+
+        Args:
+            width: Pixels from left to right.
+            height: Pixels from top to bottom.
+            samples: Rays from the eye through each pixel.
+            seed: Chooses among equally good random numbers.
+            shading: "clay", "whitted", "normal", "depth", "face" or "steps".
+            up: Which axis points up: "+X", "-X", "+Y", "-Y", "+Z" or "-Z".
+            camera_position: Where the camera is; by itself it shows the whole model.
+            camera_focal_point: What it looks at.
+            camera_view_up: The direction that is up in the picture.
+            camera_view_angle: Angle between the top and the bottom of the picture, in degrees.
+            camera_azimuth_angle: How far to go round the model, in degrees.
+            camera_elevation_angle: How far to rise above its middle, in degrees.
+            camera_orthographic: True, or the height of the picture in units of the model.
+            background: "studio", "none" for transparency, or a colour.
+            ground: True or "shadow", "checker", or a colour: a plane under the model.
+            ground_height: Where the plane lies along the up axis.
+            ground_reflectivity: How much it mirrors, 0 to 1 ("whitted").
+            material: "plaster", "plastic", "metal", "mirror" or "glass" instead of the file's.
+            color: Base colour.
+            metallic: 0 for a dielectric, 1 for a metal.
+            roughness: 0 for a mirror, 1 for fully rough.
+            base_ior: Index of refraction, 1 to 4.
+            smooth_angle: Faces that meet at less than this angle look smooth, in degrees.
+            lights: Lights for "whitted", as `--light` has them.
+            max_depth: How often light may be mirrored or refracted ("whitted").
+            occlusion_rays: Rays into the surroundings for each ray from the eye ("clay").
+            occlusion_reach: How far surfaces darken each other, as a share of the model's diagonal.
+            client: A client of Dask, whose workers draw the picture; see `halfline.dask.render`.
+            progress: As for `Scene`, with the stage "trace" in pixels.
+
+        Returns:
+            An array of uint8, shape (height, width, 3), or (height, width, 4) if transparent. It
+            shows itself in Jupyter and has the other layers as attributes.
+
+        Raises:
+            TypeError: For an argument of a type that it cannot have.
+            ValueError: For one that makes no sense, naming it and what was expected.
+            KeyboardInterrupt: On Ctrl-C.
+        """
+        settings = {name: value for name, value in locals().items() if name in _PICTURE}
+        if client is not None:
+            from halfline.dask import render
+
+            return render(self, client=client, progress=progress, **settings)
+        options = options_of(settings)
+        with reporting(progress) as report:
+            return Image._of(Picture(self._native, options).trace(report))
+
     def info(self) -> dict[str, Any]:
         """The figures of mesh and tree, as `halfline info --json` names them.
 
@@ -230,7 +366,9 @@ class Scene:
         return self
 
     def __reduce__(self) -> tuple[Any, ...]:
-        # HOOK: a scene that was opened from a tree file pickles as its path and hash here.
+        file = self._native.file
+        if file is not None:
+            return _reopen, (file[0], file[1])
         return _build, (self._mesh, self._native.preset)
 
     def __repr__(self) -> str:
@@ -249,6 +387,54 @@ class Scene:
             ("built in", f"{info['build_seconds']:.3g} s"),
         ]
         return table("Scene", [*self._mesh._figures(), *rows])
+
+
+# What `Scene.render` passes on.
+_PICTURE = frozenset(
+    name
+    for name, parameter in inspect.signature(Scene.render).parameters.items()
+    if parameter.kind is parameter.KEYWORD_ONLY and name not in ("client", "progress")
+)
+
+
+def open_tree(
+    path: str | os.PathLike[str], *, verify: bool | None = None, progress: Progress = None
+) -> Scene:
+    """Opens a scene that was saved: maps the file, in well under a millisecond whatever its size.
+
+    All processes on a machine share its memory. A file that was touched since it was written, as
+    its time of modification tells, is read once and held against its checksums, at the speed of
+    memory.
+
+    What is damaged after that can give wrong answers or a `FormatError`, but never harms the
+    process; nor does a file that is cut short while it is open.
+
+    Args:
+        path: The file.
+        verify: True to hold it against its checksums in any case, False to never do so.
+        progress: As for `Scene`, with the stage "load".
+
+    Returns:
+        The scene. It pickles as the file's path and content hash.
+
+    Raises:
+        OSError: If the file cannot be opened.
+        FormatError: If it is no tree, or one of another version, cut short or damaged.
+        KeyboardInterrupt: On Ctrl-C.
+    """
+    with reporting(progress) as report:
+        return Scene._of(NativeScene.open(os.fspath(path), verify, report))
+
+
+def _reopen(path: str, content_hash: str) -> Scene:
+    """What a scene from a file pickles as."""
+    scene = open_tree(path)
+    if scene.content_hash != content_hash:
+        raise FormatError(
+            f"{path}: header: this is not the tree that was pickled: its content hash is "
+            f"{scene.content_hash} and was {content_hash}"
+        )
+    return scene
 
 
 def _build(mesh: Mesh, preset: str) -> Scene:

@@ -10,7 +10,7 @@ use serde_json::{Value, json};
 use crate::failure::Failure;
 use crate::session::Session;
 use crate::table::Table;
-use crate::tree_options::{TreeOptions, preset_name};
+use crate::tree_options::TreeOptions;
 use crate::units;
 
 /// A scene, and what it took to have it.
@@ -30,13 +30,13 @@ impl Source {
     pub fn open(path: &Path, tree: &TreeOptions, session: &Session) -> Result<Source, Failure> {
         if is_tree_file(path) {
             let (scene, load_seconds) = open_tree(path, tree, session)?;
-            let preset = preset_name(&scene);
+            let preset = scene.preset_name();
             return Ok(Source { scene, preset, load_seconds, build_seconds: 0.0 });
         }
         let (mesh, load_seconds) = session.load(path)?;
         let (scene, build_seconds) =
             session.timed(Stage::Build, |observer| tree.build(mesh, observer))?;
-        let preset = preset_name(&scene);
+        let preset = scene.preset_name();
         Ok(Source { scene, preset, load_seconds, build_seconds })
     }
 

@@ -53,9 +53,3 @@ impl TreeOptions {
         }
     }
 }
-
-/// The name of the preset that a tree was built with, as figures have it.
-pub fn preset_name(scene: &Scene) -> &'static str {
-    let is_preset = |preset: &Preset| BuildParameters::preset(*preset) == *scene.build_parameters();
-    Preset::ALL.into_iter().find(is_preset).map_or("custom", Preset::name)
-}

@@ -7,6 +7,7 @@ mod command;
 mod error;
 mod mesh;
 mod pool;
+mod render;
 mod scene;
 
 /// The compiled part of halfline. Use the package `halfline`; nothing here is meant to last.
@@ -23,10 +24,19 @@ mod _native {
     #[pymodule_export]
     use crate::pool::{set_thread_count, thread_count};
     #[pymodule_export]
+    use crate::render::{Picture, Rendering, encode_png, picture_size};
+    #[pymodule_export]
     use crate::scene::Scene;
 
     #[pymodule_init]
     fn init(module: &Bound<'_, PyModule>) -> PyResult<()> {
+        // What a damaged tree file leads to becomes an exception, and needs no message besides.
+        let hook = std::panic::take_hook();
+        std::panic::set_hook(Box::new(move |info| {
+            if !halfline::scene::is_guarded() {
+                hook(info);
+            }
+        }));
         module.add("__version__", env!("CARGO_PKG_VERSION"))
     }
 }

@@ -1,9 +1,11 @@
 //! `halfline._native.Scene`.
 
+use std::path::PathBuf;
 use std::sync::Arc;
 
 use halfline::build::{BuildParameters, Preset};
 use halfline::scene::{HitColumns, RayColumns};
+use halfline::tree::Verify;
 use numpy::PyArray1;
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
@@ -21,9 +23,11 @@ const FEW: usize = 1 << 12;
 /// A mesh with its tree, which never change.
 #[pyclass(frozen, module = "halfline._native")]
 pub struct Scene {
-    scene: halfline::Scene,
-    preset: Preset,
+    pub scene: Arc<halfline::Scene>,
 }
+
+/// The file of a scene: path, content hash, mesh hash, bytes.
+type FileFigures = (PathBuf, String, String, u64);
 
 /// All hits of each ray: splits, t, face, and u and v by turns.
 type AllHits<'py> = (
@@ -70,7 +74,39 @@ impl Scene {
         let scene = on_pool(py, progress, |observer| {
             halfline::Scene::build_with(mesh, &parameters, observer)
         })?;
-        Ok(Scene { scene, preset })
+        Ok(Scene { scene: Arc::new(scene) })
+    }
+
+    /// `verify` is True for always, False for never, None for if the file was touched.
+    #[staticmethod]
+    #[pyo3(signature = (path, verify=None, progress=None, /))]
+    fn open(
+        py: Python,
+        path: PathBuf,
+        verify: Option<bool>,
+        progress: Progress,
+    ) -> PyResult<Scene> {
+        let verify = match verify {
+            Some(true) => Verify::Always,
+            Some(false) => Verify::Never,
+            None => Verify::IfTouched,
+        };
+        let scene =
+            on_pool(py, progress, |observer| halfline::Scene::open(&path, verify, observer))?;
+        Ok(Scene { scene: Arc::new(scene) })
+    }
+
+    #[pyo3(signature = (path, progress=None, /))]
+    fn save(&self, py: Python, path: PathBuf, progress: Progress) -> PyResult<()> {
+        on_pool(py, progress, |observer| self.scene.save(&path, observer))
+    }
+
+    #[getter]
+    fn file(&self) -> Option<FileFigures> {
+        let file = self.scene.tree_file()?;
+        let hashes = [file.content_hash(), file.mesh_hash()].map(|hash| hash.to_string());
+        let [content_hash, mesh_hash] = hashes;
+        Some((file.path().to_owned(), content_hash, mesh_hash, file.bytes()))
     }
 
     #[getter]
@@ -80,12 +116,13 @@ impl Scene {
 
     #[getter]
     fn preset(&self) -> &'static str {
-        self.preset.name()
+        self.scene.preset_name()
     }
 
     /// The figures of the tree that are not those of the mesh.
     fn info<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
-        let statistics = on_pool(py, None, |_| Ok(self.scene.tree_statistics()))?;
+        let statistics =
+            on_pool(py, None, |_| self.scene.guarded(|| Ok(self.scene.tree_statistics())))?;
         let tree = PyDict::new(py);
         tree.set_item("depth", statistics.depth)?;
         tree.set_item("nodes", statistics.nodes)?;
@@ -106,7 +143,7 @@ impl Scene {
         info.set_item("skipped", degenerate + non_finite)?;
         info.set_item("skipped_degenerate", degenerate)?;
         info.set_item("skipped_non_finite", non_finite)?;
-        info.set_item("preset", self.preset.name())?;
+        info.set_item("preset", self.scene.preset_name())?;
         info.set_item("tree", tree)?;
         info.set_item("build_seconds", self.scene.build_time().as_secs_f64())?;
         Ok(info)

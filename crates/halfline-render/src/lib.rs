@@ -30,7 +30,7 @@ mod world;
 pub use assemble::assemble;
 pub use camera::Camera;
 pub use color::srgb8_from_linear;
-pub use image::Rendering;
+pub use image::{Rendering, write_png};
 pub use plan::Plan;
 pub use render::render;
 pub use rows::Rows;

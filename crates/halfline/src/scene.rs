@@ -6,7 +6,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::{Duration, Instant};
 
-use crate::build::{self, BuildParameters};
+use crate::build::{self, BuildParameters, Preset};
 use crate::error::Result;
 use crate::geometry::{Hit, Ray, SingleHit, SingleRay};
 use crate::mesh::Mesh;
@@ -172,6 +172,12 @@ impl Scene {
     /// How the tree was built.
     pub fn build_parameters(&self) -> &BuildParameters {
         &self.parameters
+    }
+
+    /// The preset that the tree was built with; "custom" for parameters of no preset.
+    pub fn preset_name(&self) -> &'static str {
+        let is_preset = |preset: &Preset| BuildParameters::preset(*preset) == self.parameters;
+        Preset::ALL.into_iter().find(is_preset).map_or("custom", Preset::name)
     }
 
     /// How long the tree took to build.

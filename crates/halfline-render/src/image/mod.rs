@@ -3,6 +3,8 @@
 mod exr;
 mod png;
 
+pub use png::write_png;
+
 use halfline::geometry::NO_FACE;
 use rayon::prelude::*;
 
