@@ -1,4 +1,8 @@
-"""A double of Open3D's ray caster: `scene = halfline.open3d.RaycastingScene()`.
+"""A double of Open3D's ray caster.
+
+    scene = halfline.open3d.RaycastingScene()
+    scene.add_triangles(vertices, triangles)
+    distances = scene.cast_rays(rays)["t_hit"]    # rays (..., 6); inf where nothing is hit
 
 Rays and answers are NumPy arrays. Open3D's tensors and meshes are taken too; Open3D itself is not
 imported here.

@@ -1,4 +1,6 @@
-"""A double of trimesh's ray casters: `mesh.ray = halfline.trimesh.RayMeshIntersector(mesh)`.
+"""A double of trimesh's ray casters.
+
+    mesh.ray = halfline.trimesh.RayMeshIntersector(mesh)
 
 Everything in trimesh that goes through `mesh.ray` then asks halfline: `mesh.contains`,
 `trimesh.proximity.thickness`, voxels by rays. trimesh itself is not imported here.
