@@ -128,6 +128,11 @@ docs: rust ## build the library's reference
 	$(DOC)
 	@echo "$(target_dir)/doc/halfline/index.html"
 
+.PHONY: record
+record: ## record anew what Open3D answers, for the tests (needs libusb-1.0, libGL)
+	@tools/make_venv.sh .venv-open3d requirements/bench-open3d.txt
+	.venv-open3d/bin/python tools/record_open3d.py python/tests/open3d.json
+
 .PHONY: lock
 lock: ## take the newest packages into requirements/*.txt
 	@tools/lock.sh
