@@ -1,8 +1,8 @@
 """What a process does that measures a Python library which casts rays; called by python.py.
 
-`caster_NAME.py MESH.npz THREADS RAYS.npz` prints one JSON object. Every library does the same: it
-builds from arrays, casts the same single-precision rays, and is then interrupted by Ctrl-C in a long
-call, while another thread counts how often it gets its turn.
+`caster_NAME.py MESH.npz THREADS RAYS.npz` prints one JSON object. Every library does the same:
+it builds from arrays, casts the same single-precision rays, and is then interrupted by Ctrl-C in a
+long call, while another thread counts how often it gets its turn.
 """
 
 from __future__ import annotations
