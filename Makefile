@@ -104,6 +104,15 @@ growth: rust venv ## what a ray costs from a thousand to ten million triangles, 
 picture: release venv ## from a file to a picture: halfline against VTK's software rasteriser
 	$(VENV)/bin/python bench/picture.py --halfline "$(target_dir)/release/halfline"
 
+.PHONY: bench-python
+bench-python: wheel venv data ## compare the Python package with trimesh + embreex and Open3D
+	@tools/install_wheel.sh .venv-wheel "$(target_dir)/wheels"
+	.venv-wheel/bin/python bench/numpy_users.py
+
+.PHONY: try-wheel
+try-wheel: wheel ## install the wheel in a fresh environment and run the README's example there
+	@python=$$(tools/find_python.sh) && "$$python" tools/try_wheel.py "$(target_dir)"/wheels/*.whl
+
 .PHONY: leaks
 leaks: release venv ## aim rays at vertices and edges with halfline, trimesh + embreex and Open3D
 	$(VENV)/bin/python bench/aimed_rays.py --halfline "$(target_dir)/release/halfline"

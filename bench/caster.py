@@ -1,15 +1,16 @@
 """What a process does that measures a Python library which casts rays; called by python.py.
 
-`caster_NAME.py MESH.npz THREADS RAYS.npz` prints one JSON object. Every library does the same: it
-builds from arrays, casts the same single-precision rays, and is then interrupted by Ctrl-C in a long
-call, while another thread counts how often it gets its turn.
+`caster_NAME.py MESH.npz THREADS RAYS.npz` prints one JSON object. Every library does the same:
+it builds from arrays, casts the same single-precision rays, and is then interrupted by Ctrl-C in a
+long call, while another thread counts how often it gets its turn.
 """
 
 from __future__ import annotations
 
 import json
+import os
 import resource
-import signal
+import subprocess
 import sys
 import threading
 import time
@@ -27,6 +28,16 @@ REPETITIONS = 3
 CALL_SECONDS = 3.0
 INTERRUPTED_AFTER = 0.5
 TICK_SECONDS = 0.001
+
+
+# Its clock is that of all processes.
+SENDER = """
+import os, signal, sys, time
+print("ready", flush=True)
+time.sleep(float(sys.argv[2]))
+print(time.perf_counter(), flush=True)
+os.kill(int(sys.argv[1]), signal.SIGINT)
+"""
 
 
 class Caster(ABC):
@@ -95,23 +106,22 @@ def long_call(caster: Caster, rays: tuple[Array, Array], seconds: float) -> dict
         caster.closest(*rays)
     busy = ticker.rate_of(whole.seconds, before)
 
-    sent = 0.0
-
-    def interrupt() -> None:
-        nonlocal sent
-        time.sleep(INTERRUPTED_AFTER)
-        sent = time.perf_counter()
-        signal.raise_signal(signal.SIGINT)
-
-    threading.Thread(target=interrupt, daemon=True).start()
+    # From outside, as the terminal does it: in this process a thread may have to wait for its turn.
+    sender = subprocess.Popen(
+        [sys.executable, "-c", SENDER, str(os.getpid()), str(INTERRUPTED_AFTER)],
+        stdout=subprocess.PIPE,
+        text=True,
+    )
+    assert sender.stdout is not None
+    sender.stdout.readline()
     try:
         caster.closest(*rays)
-        # Python runs the handler as soon as it can.
         time.sleep(INTERRUPTED_AFTER + CALL_SECONDS)
     except KeyboardInterrupt:
-        latency = time.perf_counter() - sent
+        ended = time.perf_counter()
     else:
         raise SystemExit("the call was not interrupted")
+    latency = ended - float(sender.communicate()[0])
     caster.closest(rays[0][:10], rays[1][:10])
     return {
         "call_seconds": whole.seconds,

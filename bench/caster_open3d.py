@@ -45,7 +45,7 @@ class Open3d(Caster):
         """Counts alone."""
         rays = self.rays(origins, directions)
         counts = self.scene.count_intersections(rays, nthreads=self.threads).numpy()
-        return counts.astype(np.int64)
+        return np.asarray(counts, dtype=np.int64)
 
 
 if __name__ == "__main__":

@@ -20,10 +20,9 @@ from pathlib import Path
 from statistics import median
 from typing import Any
 
+import halfline
 import numpy as np
 from harness import DRAGON, OUT, ROOT, ToolError, make_environment, print_table, processor, run
-
-import halfline
 
 SCAN_TRIANGLES = 5_500_000
 SIDE = 1000
@@ -150,7 +149,10 @@ def main() -> int:
     for mesh in options.mesh or ("dragon", "scan"):
         # In a process of its own: Linux lets the measured ones inherit this one's peak.
         prepared = subprocess.run(
-            [sys.executable, __file__, "--prepare", mesh], capture_output=True, text=True, check=True
+            [sys.executable, __file__, "--prepare", mesh],
+            capture_output=True,
+            text=True,
+            check=True,
         )
         arrays, rays, triangles = json.loads(prepared.stdout)
         runs: dict[str, list[Figures]] = {}
