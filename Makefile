@@ -123,6 +123,10 @@ numbers: rust data ## on the dragon: self-hits of ten million secondary rays, co
 	cargo run --release --locked --package halfline --features variants \
 		--example cost_of_robustness -- $(DRAGON)
 
+.PHONY: doc-images
+doc-images: native ## draw the pictures of docs/python.md with the recipes on that page
+	$(VENV)/bin/python tools/doc_images.py
+
 .PHONY: docs
 docs: rust ## build the library's reference
 	$(DOC)

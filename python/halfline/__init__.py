@@ -1,12 +1,14 @@
 """Casts rays at triangle meshes of any size through a kd-tree.
 
-    import halfline
+    >>> import halfline
+    >>> scene = halfline.Scene(halfline.generate("sphere", 1280))   # or of halfline.load(path)
+    >>> hits = scene.intersect([[0, 0, 3], [0, 9, 3]], [0, 0, -1])
+    >>> hits.t                               # also .face .uv .point .normal; misses inf and -1
+    array([ 2., inf])
 
-    scene = halfline.Scene(halfline.load("scan.ply"))
-    hits = scene.intersect(origins, directions)   # .t .face .uv .point .normal, misses inf / -1
-
-See `Scene` for what can be asked. `set_thread_count` and the environment variable HALFLINE_THREADS
-say how many threads work; by default it is as many as there are cores that the process may use.
+See `Scene` for what can be asked, and docs/python.md for a guide. `set_thread_count` and the
+environment variable HALFLINE_THREADS say how many threads work; by default it is as many as there
+are cores that the process may use.
 """
 
 from __future__ import annotations

@@ -155,6 +155,17 @@ class AllHits:
         t: Ray parameters in units of the rays' directions, shape (m,), float64.
         face: Indices into the mesh's faces, shape (m,), int64.
         uv: Barycentric weights of the second and third vertex of the face, shape (m, 2), float64.
+
+    Examples:
+        >>> import halfline
+        >>> scene = halfline.Scene(halfline.generate("sphere", 1280))
+        >>> hits = scene.intersect_all([[0, 0, 3], [0, 9, 3], [0, 0, 0]], [0, 0, -1])
+        >>> hits.t
+        array([2., 4., 1.])
+        >>> hits.splits
+        array([0, 2, 2, 3])
+        >>> hits[0].t
+        array([2., 4.])
     """
 
     __slots__ = ("_at", "_mesh", "_ray", "face", "shape", "splits", "t", "uv")

@@ -55,6 +55,14 @@ class Scene:
         TypeError: For what is no mesh.
         ValueError: For wrong arrays, more than 2^29 triangles, or an unknown preset.
         KeyboardInterrupt: On Ctrl-C.
+
+    Examples:
+        >>> import halfline
+        >>> import numpy as np
+        >>> scene = halfline.Scene(halfline.generate("sphere", 1280))
+        >>> eyes, pixels = np.zeros((5, 1, 1, 3)), np.ones((48, 64, 3))
+        >>> scene.intersect(eyes, pixels).point.shape
+        (5, 48, 64, 3)
     """
 
     __slots__ = ("__weakref__", "_mesh", "_native")
