@@ -26,7 +26,7 @@ class Halfline(Caster):
 
     def all_hits(self, origins: Array, directions: Array) -> int:
         """All hits with t, faces and weights."""
-        return len(self.scene.intersect_all(origins, directions))
+        return len(self.scene.intersect_all(origins, directions).t)
 
     def counts(self, origins: Array, directions: Array) -> Array:
         """Counts alone."""

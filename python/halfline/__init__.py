@@ -51,6 +51,9 @@ _LAZY = {
     "open": "halfline._scene",
 }
 
+# What `import halfline` finds when it is asked for.
+_SUBMODULES = ("dask", "open3d", "trimesh")
+
 # In its module it has another name, to leave the built-in one alone there.
 _NAMES = {"open": "open_tree"}
 
@@ -63,7 +66,9 @@ if not TYPE_CHECKING:
             value = getattr(import_module(_LAZY[name]), _NAMES.get(name, name))
             globals()[name] = value
             return value
+        if name in _SUBMODULES:
+            return import_module(f"halfline.{name}")
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
 
     def __dir__() -> list[str]:
-        return sorted({*globals(), *_LAZY})
+        return sorted({*globals(), *_LAZY, *_SUBMODULES})

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from halfline._arrays import path_of
 from halfline._native import encode_png
 
 if TYPE_CHECKING:
@@ -63,6 +64,13 @@ class Image(np.ndarray[tuple[Any, ...], np.dtype[np.uint8]]):
         self.color = self.depth = self.normal = self.face = self.steps = self.rays = None
         self._rendering = None
 
+    def __array_wrap__(
+        self, array: NDArray[Any], context: Any = None, return_scalar: bool = False
+    ) -> Any:
+        """What is computed from a picture is numbers."""
+        plain = np.asarray(array)
+        return plain[()] if return_scalar or plain.ndim == 0 else plain
+
     def save(self, path: str | os.PathLike[str]) -> None:
         """Writes the picture: as PNG, or as OpenEXR with all layers.
 
@@ -76,7 +84,7 @@ class Image(np.ndarray[tuple[Any, ...], np.dtype[np.uint8]]):
                 not a whole one.
             OSError: If the file cannot be written.
         """
-        path = os.fspath(path)
+        path = path_of("path", path)
         extension = Path(path).suffix.lower()
         if extension not in _EXTENSIONS:
             raise ValueError(f"path: expected a name that ends in .png or .exr, found {path!r}")

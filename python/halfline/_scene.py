@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from halfline._arrays import count_of, rays_of
+from halfline._arrays import count_of, path_of, rays_of
 from halfline._hits import AllHits, Hits
 from halfline._html import table
 from halfline._image import Image
@@ -242,12 +242,16 @@ class Scene:
             progress: As for `Scene`, with the stage "write".
 
         Raises:
+            ValueError: For a name that is that of a mesh, as in scan.ply.
             OSError: If the file cannot be written.
             FormatError: If the scene is from a file that was damaged meanwhile.
             KeyboardInterrupt: On Ctrl-C; what was at `path` is still there.
         """
+        name = path_of("path", path)
+        if name.lower().endswith(_MESH_NAMES):
+            raise ValueError(f"path: expected the name of a tree, as in scan.hlt, found {name!r}")
         with reporting(progress) as report:
-            self._native.save(os.fspath(path), report)
+            self._native.save(name, report)
 
     @property
     def path(self) -> Path | None:
@@ -405,6 +409,9 @@ _PICTURE = frozenset(
 )
 
 
+_MESH_NAMES = (".ply", ".stl", ".obj", ".off", ".gltf", ".glb")
+
+
 def open_tree(
     path: str | os.PathLike[str], *, verify: bool | None = None, progress: Progress = None
 ) -> Scene:
@@ -431,7 +438,7 @@ def open_tree(
         KeyboardInterrupt: On Ctrl-C.
     """
     with reporting(progress) as report:
-        return Scene._of(NativeScene.open(os.fspath(path), verify, report))
+        return Scene._of(NativeScene.open(path_of("path", path), verify, report))
 
 
 def _reopen(path: str, content_hash: str) -> Scene:
@@ -452,9 +459,15 @@ def _build(mesh: Mesh, preset: str) -> Scene:
 
 def _mesh_of(mesh: Mesh | MeshLike | ArrayLike, faces: ArrayLike | None) -> Mesh:
     if faces is not None:
-        return Mesh(mesh, faces)  # type: ignore[arg-type]
+        if hasattr(mesh, "vertices"):
+            raise TypeError("faces: expected none beside a mesh, which has its own")
+        return Mesh(mesh, faces)
     if isinstance(mesh, Mesh):
         return mesh
+    if isinstance(mesh, str | os.PathLike):
+        raise TypeError(
+            "mesh: expected a mesh, found a path: halfline.load reads meshes, halfline.open trees"
+        )
     try:
         vertices, found = mesh.vertices, mesh.faces  # type: ignore[union-attr]
     except AttributeError:

@@ -187,8 +187,8 @@ class RaycastingScene:
         array = _array("rays", rays, 6)
         built = self._build()
         hits = built.scene.intersect_all(array[..., :3], array[..., 3:])
-        if len(hits) > self.INVALID_ID:
-            raise OverflowError(f"rays: expected fewer than 2**32 hits, found {len(hits)}")
+        if len(hits.t) > self.INVALID_ID:
+            raise OverflowError(f"rays: expected fewer than 2**32 hits, found {len(hits.t)}")
         geometry, primitive = self._ids(built, hits.face)
         return {
             "ray_splits": hits.splits.astype(np.uint32),
