@@ -258,8 +258,8 @@ pub struct SingleMesh {
 
 impl SingleMesh {
     pub fn of(mesh: &Mesh) -> SingleMesh {
-        let mut positions = match mesh.positions() {
-            Positions::F32(positions) => positions.clone(),
+        let mut positions: Vec<_> = match mesh.positions() {
+            Positions::F32(positions) => positions.to_vec(),
             Positions::F64(positions) => positions.iter().map(|p| p.map(|x| x as f32)).collect(),
         };
         positions.push([0.0; 3]);
