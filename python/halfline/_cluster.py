@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 import logging
 import warnings
+from importlib import import_module
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
@@ -27,8 +28,8 @@ class Cluster:
         Args:
             path: The file.
             options: Of the picture.
-            report: Called with the stage, what is done of it and the total, and often with zeros for
-                both; what it raises ends the work.
+            report: Called with the stage, what is done of it and the total, and often with zeros
+                for both; what it raises ends the work.
         """
         from halfline.dask._render import trace
 
@@ -48,7 +49,8 @@ def connect(address: str) -> Cluster:
     # The command says one line about what goes wrong, and that is in the exception.
     warnings.simplefilter("ignore")
     logging.disable(logging.CRITICAL)
-    import halfline.dask  # noqa: F401 - says what is missing
+    # This says what is missing, if anything.
+    import_module("halfline.dask")
     from distributed import Client
 
     try:
@@ -62,7 +64,7 @@ def connect(address: str) -> Cluster:
 
 
 async def _reach(address: str) -> None:
-    from distributed.core import connect
+    from distributed.comm import connect
     from distributed.security import Security
 
     known = Security().get_connection_args("client")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 import contextlib
 import inspect
 import os
@@ -9,9 +10,10 @@ import time
 import uuid
 from collections.abc import Callable, Sequence
 from concurrent.futures import CancelledError
+from queue import SimpleQueue
 from typing import Any
 
-from distributed import Client, Future, Worker, as_completed
+from distributed import Client, Future, Worker
 from distributed.scheduler import KilledWorker
 
 from halfline._image import Image
@@ -169,7 +171,9 @@ class _Job:
         self._name = f"halfline-render-{uuid.uuid4().hex}"
         self._pending: dict[Future[bytes], tuple[int, int]] = {}
         self._attempts: dict[tuple[int, int], int] = {}
-        self._completed: as_completed | None = None
+        # What has come of a future: rows, or an exception. Not `as_completed`, which never yields a
+        # future whose result was lost with its worker and cannot be had again.
+        self._arrived: SimpleQueue[tuple[Future[bytes], bytes | BaseException]] = SimpleQueue()
 
     def submit(self, bands: Sequence[tuple[int, int]]) -> None:
         """Has bands traced."""
@@ -183,26 +187,30 @@ class _Job:
             _draw, firsts, ends, key=keys, pure=False, tree=self._tree, options=self._options
         )
         self._pending.update(zip(futures, bands, strict=True))
-        if self._completed is None:
-            self._completed = as_completed(
-                futures, loop=self._client.loop, with_results=True, raise_errors=False
-            )
-        else:
-            self._completed.update(futures)
+        for future in futures:
+            self._client.loop.add_callback(self._follow, future)
+
+    async def _follow(self, future: Future[bytes]) -> None:
+        """Fetches what comes of a future; on the client's event loop."""
+        result: bytes | BaseException
+        try:
+            result = await self._client.gather(future, asynchronous=True)
+        except (Exception, asyncio.CancelledError) as error:
+            result = error
+        self._arrived.put((future, result))
 
     def arrived(self) -> list[tuple[tuple[int, int], bytes]]:
         """What has arrived since the last time; has what failed with a worker traced again."""
-        assert self._completed is not None
         arrived: list[tuple[tuple[int, int], bytes]] = []
         again = []
-        for future, result in self._completed.next_batch(block=False):
+        while not self._arrived.empty():
+            future, result = self._arrived.get()
             band = self._pending.pop(future)
             future.release()
             if isinstance(result, bytes) and result:
                 arrived.append((band, result))
                 continue
-            error = result[1] if isinstance(result, tuple) else result
-            self._check_attempts(band, error)
+            self._check_attempts(band, result)
             again.append(band)
         if again:
             publish_tree(self._client, self._tree, nothing)
