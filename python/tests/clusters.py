@@ -6,6 +6,7 @@ import os
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from importlib import import_module
 from pathlib import Path
 from typing import Any
 
@@ -54,16 +55,15 @@ def dask_setup(worker: object) -> None:
     hidden = os.environ.get(HIDDEN)
     if not hidden:
         return
-    from halfline.dask import _trees
-
-    seen = _trees.open_tree
+    trees: Any = import_module("halfline.dask._trees")
+    seen = trees.open_tree
 
     def open_tree(path, **options):  # type: ignore[no-untyped-def]
         if Path(path).is_relative_to(hidden):
             raise FileNotFoundError(2, "No such file or directory", str(path))
         return seen(path, **options)
 
-    _trees.open_tree = open_tree
+    trees.open_tree = open_tree
 
 
 @contextmanager

@@ -17,7 +17,7 @@ import pytest
 from clusters import cluster, elsewhere, process_ids, wait_until, worker_spec
 from distributed import Client
 from halfline import Scene
-from halfline.dask import MissingTreeError, _publish
+from halfline.dask import MissingTreeError, _peers, _publish
 
 SIZE: dict[str, Any] = {"width": 80, "height": 60, "samples": 2}
 
@@ -119,10 +119,11 @@ def test_a_machine_that_joins_later_takes_it_from_another(
     late = tmp_path / "late"
     rays = da.from_array(np.random.default_rng(0).normal(size=(40, 3)), (9, 3))
     spec = worker_spec(elsewhere(scene.path, late), tmp_path / "scratch")
-    client.cluster.worker_spec["late"] = spec
-    client.sync(client.cluster._correct_state)
+    machines_now: Any = client.cluster
+    machines_now.worker_spec["late"] = spec
+    client.sync(machines_now._correct_state)
     wait_until(lambda: len(client.nthreads()) == 4)
-    address = client.cluster.workers["late"].worker_address
+    address = machines_now.workers["late"].worker_address
     lazy = halfline.dask.intersect(scene, rays, -rays)
     future = client.compute(lazy, workers=[address])
     np.testing.assert_array_equal(
@@ -160,7 +161,7 @@ def test_a_damaged_copy_is_sent_again(machines: Machines, transfers: list[list[s
 def test_what_arrives_damaged_is_refused(
     machines: Machines, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    read = _publish.read_chunk
+    read = _peers.read_chunk
 
     def damage(path: str, offset: int) -> bytes:
         chunk = bytearray(read(path, offset))

@@ -105,6 +105,24 @@ class LazyHits(DaskMethodsMixin):
     def __repr__(self) -> str:
         return f"<halfline.dask.LazyHits of shape {self.shape}, chunks {self.chunks}>"
 
+    def compute(self, **options: Any) -> Hits:
+        """Casts the rays.
+
+        Args:
+            **options: As for `dask.compute`.
+        """
+        hits: Hits = super().compute(**options)
+        return hits
+
+    def persist(self, **options: Any) -> LazyHits:
+        """The same with the rays cast, or on a cluster being cast.
+
+        Args:
+            **options: As for `dask.persist`.
+        """
+        hits: LazyHits = super().persist(**options)
+        return hits
+
     # The protocol of Dask's collections is that of the records.
 
     def __dask_graph__(self) -> Any:

@@ -187,8 +187,9 @@ class _Job:
             _draw, firsts, ends, key=keys, pure=False, tree=self._tree, options=self._options
         )
         self._pending.update(zip(futures, bands, strict=True))
+        loop: Any = self._client.loop
         for future in futures:
-            self._client.loop.add_callback(self._follow, future)
+            loop.add_callback(self._follow, future)
 
     async def _follow(self, future: Future[bytes]) -> None:
         """Fetches what comes of a future; on the client's event loop."""
