@@ -174,22 +174,25 @@ def test_what_arrives_damaged_is_refused(
     assert machines.names == []
 
 
-def test_a_worker_dies_while_others_lack_the_file(
-    machines: Machines, transfers: list[list[str]]
+def test_a_file_that_is_lost_on_the_way_is_sent_again(
+    scene: Scene, tmp_path: Path, transfers: list[list[str]]
 ) -> None:
-    client, scene = machines.client, machines.scene
+    assert scene.path is not None
+    there = elsewhere(scene.path, tmp_path / "cache")
     long: dict[str, Any] = {"width": 160, "height": 120, "samples": 32}
-    killed: list[int] = []
+    with cluster(there, there, folder=tmp_path / "scratch") as client:
+        killed: list[int] = []
 
-    def kill(stage: str, done: int, total: int) -> None:
-        if done and not killed:
-            killed.extend(process_ids(client).values())
-            for process in killed:
-                os.kill(process, signal.SIGKILL)
-            # Whoever comes back finds the cache empty, and nobody else to ask.
-            for path in machines.cache.glob("*.hlt"):
-                path.unlink()
+        def kill(stage: str, done: int, total: int) -> None:
+            if done and not killed:
+                killed.extend(process_ids(client).values())
+                # Whoever comes back finds the cache empty, and nobody to ask.
+                for path in (tmp_path / "cache").glob("*.hlt"):
+                    path.unlink()
+                for process in killed:
+                    os.kill(process, signal.SIGKILL)
 
-    image = scene.render(**long, client=client, progress=kill)
-    assert len(killed) == 3
+        image = scene.render(**long, client=client, progress=kill)
+    assert len(killed) == 2
+    assert len(transfers) == 2
     np.testing.assert_array_equal(image, scene.render(**long))
