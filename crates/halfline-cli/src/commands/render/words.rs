@@ -105,6 +105,6 @@ mod tests {
     #[test]
     fn defaults_and_other_options_are_no_words() {
         let said = spoken(&["--other", "--samples", "3", "--ground", "--no-background"]);
-        assert_eq!(said.words, ["--samples=3", "--no-background", "--ground"]);
+        assert_eq!(said.words, ["--samples=3", "--no-background", "--ground=shadow"]);
     }
 }
