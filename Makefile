@@ -111,6 +111,15 @@ bench-dask: rust venv data ## cast rays and draw on one and two Dask workers, an
 	@$(VENV)/bin/python tools/develop.py "$(target_dir)/release" $(VENV)
 	$(VENV)/bin/python bench/dask_scaling.py
 
+.PHONY: bench-python
+bench-python: wheel venv data ## compare the Python package with trimesh + embreex and Open3D
+	@tools/install_wheel.sh .venv-wheel "$(target_dir)/wheels"
+	.venv-wheel/bin/python bench/numpy_users.py
+
+.PHONY: try-wheel
+try-wheel: wheel ## install the wheel in a fresh environment and run the README's example there
+	@python=$$(tools/find_python.sh) && "$$python" tools/try_wheel.py "$(target_dir)"/wheels/*.whl
+
 .PHONY: leaks
 leaks: release venv ## aim rays at vertices and edges with halfline, trimesh + embreex and Open3D
 	$(VENV)/bin/python bench/aimed_rays.py --halfline "$(target_dir)/release/halfline"
@@ -121,10 +130,19 @@ numbers: rust data ## on the dragon: self-hits of ten million secondary rays, co
 	cargo run --release --locked --package halfline --features variants \
 		--example cost_of_robustness -- $(DRAGON)
 
+.PHONY: doc-images
+doc-images: native ## draw the pictures of docs/python.md with the recipes on that page
+	$(VENV)/bin/python tools/doc_images.py
+
 .PHONY: docs
 docs: rust ## build the library's reference
 	$(DOC)
 	@echo "$(target_dir)/doc/halfline/index.html"
+
+.PHONY: record
+record: ## record anew what Open3D answers, for the tests (needs libusb-1.0, libGL)
+	@tools/make_venv.sh .venv-open3d requirements/bench-open3d.txt
+	.venv-open3d/bin/python tools/record_open3d.py python/tests/open3d.json
 
 .PHONY: lock
 lock: ## take the newest packages into requirements/*.txt

@@ -30,7 +30,7 @@ from distributed.protocol.core import dumps
 from halfline import Scene
 from harness import DRAGON, OUT, ToolError, print_table, processor
 
-CHUNK_RAYS = 250_000
+CHUNK_RAYS = 1_000_000
 PICTURE: dict[str, Any] = {"width": 960, "height": 540, "samples": 4, "up": "+Y"}
 
 WAYS = ("1 thread", "1 worker", "2 threads", "2 workers")
@@ -176,7 +176,7 @@ def measure(options: argparse.Namespace) -> None:
             cluster = LocalCluster(
                 n_workers=count,
                 threads_per_worker=1,
-                dashboard_address=None,
+                dashboard_address=":0",
                 local_directory=str(folder),
             )
             stack.enter_context(cluster)
@@ -206,7 +206,7 @@ def main() -> int:
     """The whole comparison."""
     parser = argparse.ArgumentParser(description=__doc__.split("\n\n", maxsplit=1)[0])
     parser.add_argument("--repetitions", type=int, default=5, help="turns of each way")
-    parser.add_argument("--chunks", type=int, default=16, help=f"of {CHUNK_RAYS:,} rays")
+    parser.add_argument("--chunks", type=int, default=8, help=f"of {CHUNK_RAYS:,} rays")
     try:
         measure(parser.parse_args())
     except (ToolError, OSError) as error:

@@ -1,12 +1,14 @@
 """Casts rays at triangle meshes of any size through a kd-tree.
 
-    import halfline
+    >>> import halfline
+    >>> scene = halfline.Scene(halfline.generate("sphere", 1280))   # or of halfline.load(path)
+    >>> hits = scene.intersect([[0, 0, 3], [0, 9, 3]], [0, 0, -1])
+    >>> hits.t                               # also .face .uv .point .normal; misses inf and -1
+    array([ 2., inf])
 
-    scene = halfline.Scene(halfline.load("scan.ply"))
-    hits = scene.intersect(origins, directions)   # .t .face .uv .point .normal, misses inf / -1
-
-See `Scene` for what can be asked. `set_thread_count` and the environment variable HALFLINE_THREADS
-say how many threads work; by default it is as many as there are cores that the process may use.
+See `Scene` for what can be asked, and docs/python.md for a guide. `set_thread_count` and the
+environment variable HALFLINE_THREADS say how many threads work; by default it is as many as there
+are cores that the process may use.
 """
 
 from __future__ import annotations
@@ -17,10 +19,10 @@ from halfline._native import FormatError, __version__, set_thread_count, thread_
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from halfline._hits import AllHits, Hits
-    from halfline._mesh import Mesh, generate, load
     from halfline._image import Image
+    from halfline._mesh import Mesh, generate, load
     from halfline._scene import Scene
-    from halfline._scene import open_tree as open
+    from halfline._scene import open_tree as open  # noqa: A004
 
 __all__ = [
     "AllHits",
@@ -49,6 +51,9 @@ _LAZY = {
     "open": "halfline._scene",
 }
 
+# What `import halfline` finds when it is asked for.
+_SUBMODULES = ("dask", "open3d", "trimesh")
+
 # In its module it has another name, to leave the built-in one alone there.
 _NAMES = {"open": "open_tree"}
 
@@ -61,7 +66,9 @@ if not TYPE_CHECKING:
             value = getattr(import_module(_LAZY[name]), _NAMES.get(name, name))
             globals()[name] = value
             return value
+        if name in _SUBMODULES:
+            return import_module(f"halfline.{name}")
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
 
     def __dir__() -> list[str]:
-        return sorted({*globals(), *_LAZY})
+        return sorted({*globals(), *_LAZY, *_SUBMODULES})

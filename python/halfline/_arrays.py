@@ -7,6 +7,8 @@ float16 becomes float32, integers become float64 as NumPy converts them, and lon
 from __future__ import annotations
 
 import math
+import operator
+import os
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -24,6 +26,46 @@ Numbers: TypeAlias = FloatArray | float
 
 Columns: TypeAlias = tuple[FloatArray | Vector, FloatArray | Vector, Numbers, Numbers]
 """Origins, directions, t_min and t_max of rays: each the same for all, or an entry for each."""
+
+
+def path_of(name: str, value: object) -> str:
+    """A path as text.
+
+    Raises:
+        TypeError: If it is none, naming the argument.
+    """
+    try:
+        return os.fsdecode(value)  # type: ignore[arg-type]
+    except TypeError:
+        raise TypeError(f"{name}: expected a path, found {type(value).__name__}") from None
+
+
+def natural(name: str, value: object) -> int:
+    """A number from 0 to 2**64 - 1.
+
+    Raises:
+        TypeError: If it is no integer, naming the argument.
+        ValueError: If it is out of range.
+    """
+    try:
+        number = operator.index(value)  # type: ignore[arg-type]
+    except TypeError:
+        raise TypeError(f"{name}: expected an integer, found {type(value).__name__}") from None
+    if not 0 <= number < 2**64:
+        raise ValueError(f"{name}: expected a number from 0 to 2**64 - 1, found {number}")
+    return number
+
+
+def vectors_of(name: str, value: ArrayLike, shape: tuple[int, ...]) -> NDArray[np.float64]:
+    """Vectors of a given leading shape in double precision, broadcast to it."""
+    array = _vectors(name, value)
+    try:
+        spread = np.broadcast_to(array, (*shape, 3))
+    except ValueError:
+        raise ValueError(
+            f"{name}: expected a shape that broadcasts to {(*shape, 3)}, found {array.shape}"
+        ) from None
+    return np.ascontiguousarray(spread, dtype=np.float64)
 
 
 def rays_of(
@@ -91,6 +133,9 @@ def _spread(array: FloatArray, shape: tuple[int, ...]) -> FloatArray:
 
 def _vectors(name: str, value: ArrayLike) -> FloatArray:
     array = floats(name, value, "(..., 3)")
+    if array.shape == (0,):
+        # An empty list of rays.
+        return np.empty((0, 3))
     if array.ndim == 0 or array.shape[-1] != 3:
         raise ValueError(f"{name}: expected shape (..., 3), found {array.shape}")
     return array
@@ -99,6 +144,8 @@ def _vectors(name: str, value: ArrayLike) -> FloatArray:
 def _numbers(name: str, value: ArrayLike) -> Numbers:
     if isinstance(value, float):
         return float(value)
+    if value is None:
+        raise TypeError(f"{name}: expected float32, float64 or integers, found None")
     array = floats(name, value, "of the rays, or a number")
     return float(array) if array.ndim == 0 else array
 

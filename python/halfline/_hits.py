@@ -6,8 +6,9 @@ from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
+from halfline._arrays import vectors_of
 from halfline._html import table
 
 if TYPE_CHECKING:
@@ -94,6 +95,30 @@ class Hits:
         """
         return self._surface().normal
 
+    def origins_towards(self, directions: ArrayLike) -> NDArray[np.float64]:
+        """Where rays along `directions` may start that leave the surface at the hits.
+
+        Each is so little off the hit, on the side to which its ray goes, that the ray does not hit
+        the same face again; no margin is to be chosen. docs/numerics.md derives how little, after
+        Pharr, Jakob and Humphreys, "Physically Based Rendering", section 6.8.6.
+
+        Args:
+            directions: Shape (..., 3), broadcast to the hits.
+
+        Returns:
+            The hits' leading dimensions and 3, float64; NaN for misses.
+
+        Raises:
+            TypeError: For other dtypes.
+            ValueError: For a shape that does not broadcast to the hits.
+        """
+        ways = vectors_of("directions", directions, self.shape)
+        origins = np.empty(ways.shape)
+        face = np.ascontiguousarray(self.face, dtype=np.int64)
+        uv = np.ascontiguousarray(self.uv, dtype=np.float64)
+        self._mesh._native.origins_towards(face, uv, ways, origins)
+        return origins
+
     def _surface(self) -> _Surface:
         if self._at is None:
             self._at = _surface(self._mesh, self.face, self.uv)
@@ -103,6 +128,11 @@ class Hits:
         if not self.shape:
             raise TypeError("the hit of a single ray has no length")
         return self.shape[0]
+
+    def __bool__(self) -> bool:
+        if self.shape:
+            raise ValueError("hits are neither true nor false: ask for .hit.any() or .hit.all()")
+        return bool(self.face >= 0)
 
     def __getitem__(self, index: Any) -> Hits:
         within = (*index, slice(None)) if isinstance(index, tuple) else (index, slice(None))
@@ -143,11 +173,12 @@ class AllHits:
     """All hits of each ray, in compressed sparse rows.
 
     The hits of ray i are `splits[i]:splits[i + 1]` of the other arrays, sorted by `t` and then by
-    `face`; a ray that hits nothing has none. `hits[i]` gives them as `Hits`; for rays with several
-    leading dimensions `hits[i, j]` does, and `splits` counts through the rays in C order.
+    `face`; a ray that hits nothing has none. For rays with several leading dimensions, which are
+    `all_hits.shape`, `splits` counts through the rays in C order.
 
-    `len(all_hits)` is the number of hits, `all_hits.shape` has the leading dimensions of the rays,
-    and iteration goes from ray to ray.
+    Indexing, `len` and iteration are those of an array of rays: `all_hits[i]` gives the hits of
+    one ray as `Hits`, `all_hits[2:5]` and `all_hits[mask]` those of some as `AllHits`. The number
+    of all hits is `len(all_hits.t)`.
 
     Attributes:
         splits: Where the hits of each ray begin, and the number of all at the end, shape (n + 1,)
@@ -155,6 +186,17 @@ class AllHits:
         t: Ray parameters in units of the rays' directions, shape (m,), float64.
         face: Indices into the mesh's faces, shape (m,), int64.
         uv: Barycentric weights of the second and third vertex of the face, shape (m, 2), float64.
+
+    Examples:
+        >>> import halfline
+        >>> scene = halfline.Scene(halfline.generate("sphere", 1280))
+        >>> hits = scene.intersect_all([[0, 0, 3], [0, 9, 3], [0, 0, 0]], [0, 0, -1])
+        >>> hits.t
+        array([2., 4., 1.])
+        >>> hits.splits
+        array([0, 2, 2, 3])
+        >>> hits[0].t
+        array([2., 4.])
     """
 
     __slots__ = ("_at", "_mesh", "_ray", "face", "shape", "splits", "t", "uv")
@@ -221,25 +263,35 @@ class AllHits:
         return self._at
 
     def __len__(self) -> int:
-        return len(self.t)
+        if not self.shape:
+            raise TypeError("the hits of a single ray have no length: ask for .count or .t")
+        return self.shape[0]
 
-    def __getitem__(self, index: int | tuple[int, ...]) -> Hits:
-        place = index if isinstance(index, tuple) else (index,)
-        if len(place) != len(self.shape):
-            raise IndexError(f"expected {len(self.shape)} indices of a ray, found {len(place)}")
-        ray = 0
-        for i, size in zip(place, self.shape, strict=True):
-            if not -size <= i < size:
-                raise IndexError(f"ray {index} is out of range for rays of shape {self.shape}")
-            ray = ray * size + i % size
-        return self._of_ray(ray)
+    def __bool__(self) -> bool:
+        raise ValueError("hits are neither true nor false: ask for .count.any() or .count.all()")
+
+    def __getitem__(self, index: Any) -> Any:
+        if isinstance(index, int) and len(self.shape) == 1:
+            if not -self.shape[0] <= index < self.shape[0]:
+                raise IndexError(f"ray {index} is out of range for {self.shape[0]} rays")
+            return self._of_ray(index % self.shape[0])
+        rays = np.asarray(np.arange(len(self.splits) - 1).reshape(self.shape)[index])
+        if rays.ndim == 0:
+            return self._of_ray(int(rays))
+        first = self.splits[rays.ravel()]
+        counts = self.splits[rays.ravel() + 1] - first
+        splits = np.concatenate([[0], np.cumsum(counts)])
+        rows = np.arange(splits[-1]) + np.repeat(first - splits[:-1], counts)
+        return AllHits(self._mesh, rays.shape, splits, self.t[rows], self.face[rows], self.uv[rows])
 
     def _of_ray(self, ray: int) -> Hits:
         row = slice(int(self.splits[ray]), int(self.splits[ray + 1]))
         return Hits(self._mesh, self.t[row], self.face[row], self.uv[row])
 
-    def __iter__(self) -> Iterator[Hits]:
-        return (self._of_ray(ray) for ray in range(len(self.splits) - 1))
+    def __iter__(self) -> Iterator[Any]:
+        if len(self.shape) == 1:
+            return (self._of_ray(ray) for ray in range(self.shape[0]))
+        return (self[index] for index in range(len(self)))
 
     def __reduce__(self) -> tuple[type[AllHits], tuple[Any, ...]]:
         return AllHits, (self._mesh, self.shape, self.splits, self.t, self.face, self.uv)
@@ -252,7 +304,7 @@ class AllHits:
         counts = np.diff(self.splits)
         return [
             ("rays", f"{len(counts):,}"),
-            ("hits", f"{len(self):,}"),
+            ("hits", f"{len(self.t):,}"),
             ("on one ray at most", f"{counts.max(initial=0):,}"),
         ]
 

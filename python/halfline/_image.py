@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from halfline._arrays import path_of
 from halfline._native import encode_png
 
 if TYPE_CHECKING:
@@ -26,8 +27,8 @@ class Image(np.ndarray[tuple[Any, ...], np.dtype[np.uint8]]):
 
     Attributes:
         color: Linear red, green, blue and straight alpha, shape (height, width, 4), float32.
-        depth: Distance from the camera's plane, shape (height, width), float32; infinite where there
-            is nothing.
+        depth: Distance from the camera's plane, shape (height, width), float32; infinite where
+            there is nothing.
         normal: Unit normal of the surface, shape (height, width, 3), float32; zero where there is
             nothing.
         face: Index of the face, shape (height, width), int64; -1 for the ground and for nothing.
@@ -63,6 +64,13 @@ class Image(np.ndarray[tuple[Any, ...], np.dtype[np.uint8]]):
         self.color = self.depth = self.normal = self.face = self.steps = self.rays = None
         self._rendering = None
 
+    def __array_wrap__(
+        self, array: NDArray[Any], context: Any = None, return_scalar: bool = False
+    ) -> Any:
+        """What is computed from a picture is numbers."""
+        plain = np.asarray(array)
+        return plain[()] if return_scalar or plain.ndim == 0 else plain
+
     def save(self, path: str | os.PathLike[str]) -> None:
         """Writes the picture: as PNG, or as OpenEXR with all layers.
 
@@ -72,11 +80,11 @@ class Image(np.ndarray[tuple[Any, ...], np.dtype[np.uint8]]):
             path: Ends in .png, or in .exr for a picture as a whole.
 
         Raises:
-            ValueError: For another extension, and for an array that is no picture, or not a whole one
-                and to be OpenEXR.
+            ValueError: For another extension, and for an array that is no picture, or for OpenEXR
+                not a whole one.
             OSError: If the file cannot be written.
         """
-        path = os.fspath(path)
+        path = path_of("path", path)
         extension = Path(path).suffix.lower()
         if extension not in _EXTENSIONS:
             raise ValueError(f"path: expected a name that ends in .png or .exr, found {path!r}")
@@ -86,8 +94,9 @@ class Image(np.ndarray[tuple[Any, ...], np.dtype[np.uint8]]):
         png = self._repr_png_()
         if png is None or extension == ".exr":
             raise ValueError(
-                "only a picture as it was rendered can be OpenEXR, and only an array of uint8 of shape "
-                f"(height, width, 3) or (height, width, 4) PNG; found {self.dtype} {self.shape}"
+                "only a picture as it was rendered can be OpenEXR, and only an array of uint8 of "
+                f"shape (height, width, 3) or (height, width, 4) PNG; found {self.dtype} of "
+                f"shape {self.shape}"
             )
         beside = Path(f"{path}.{os.getpid()}.part")
         try:

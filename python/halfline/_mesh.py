@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import operator
 import os
 from typing import TYPE_CHECKING, Any, Protocol, TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from halfline._arrays import FloatArray, faces_of, vertices_of
+from halfline._arrays import FloatArray, faces_of, natural, path_of, vertices_of
 from halfline._html import table
 from halfline._native import Mesh as NativeMesh
 from halfline._progress import Progress, reporting
@@ -96,6 +95,26 @@ class Mesh:
             self._bounds = bounds
         return self._bounds
 
+    def save(self, path: Path, *, progress: Progress = None) -> None:
+        """Writes the mesh as binary PLY, with its colours of vertices.
+
+        The file appears whole or not at all.
+
+        Args:
+            path: Where to; the name ends in .ply.
+            progress: As for `load`, with the stage "write".
+
+        Raises:
+            ValueError: For a name that does not end in .ply.
+            OSError: If the file cannot be written.
+            KeyboardInterrupt: On Ctrl-C.
+        """
+        name = path_of("path", path)
+        if not name.lower().endswith(".ply"):
+            raise ValueError(f"path: expected a name that ends in .ply, found {name!r}")
+        with reporting(progress) as report:
+            self._native.save(name, report)
+
     def __copy__(self) -> Mesh:
         return self
 
@@ -157,7 +176,7 @@ def load(path: Path, *, progress: Progress = None) -> Mesh:
         KeyboardInterrupt: On Ctrl-C.
     """
     with reporting(progress) as report:
-        return Mesh._of(NativeMesh.load(os.fsdecode(path), report))
+        return Mesh._of(NativeMesh.load(path_of("path", path), report))
 
 
 def generate(kind: str, triangles: int, seed: int = 0, *, progress: Progress = None) -> Mesh:
@@ -180,14 +199,7 @@ def generate(kind: str, triangles: int, seed: int = 0, *, progress: Progress = N
         ValueError: For an unknown kind, and for numbers out of range.
         KeyboardInterrupt: On Ctrl-C.
     """
-    count = _natural("triangles", triangles)
-    number = _natural("seed", seed)
+    count = natural("triangles", triangles)
+    number = natural("seed", seed)
     with reporting(progress) as report:
         return Mesh._of(NativeMesh.generate(kind, count, number, report))
-
-
-def _natural(name: str, value: int) -> int:
-    number = operator.index(value)
-    if not 0 <= number < 2**64:
-        raise ValueError(f"{name}: expected a number from 0 to 2**64 - 1, found {number}")
-    return number

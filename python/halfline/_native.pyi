@@ -6,6 +6,17 @@ from typing import Any, Literal, TypeAlias, final
 import numpy as np
 from numpy.typing import NDArray
 
+__all__ = [
+    "FormatError",
+    "Mesh",
+    "MeshArray",
+    "Scene",
+    "__version__",
+    "main",
+    "set_thread_count",
+    "thread_count",
+]
+
 __version__: str
 
 _Report: TypeAlias = Callable[[str, int, int], object]
@@ -85,6 +96,14 @@ class Mesh:
         points: NDArray[np.float64],
         normals: NDArray[np.float64],
     ) -> None: ...
+    def origins_towards(
+        self,
+        face: NDArray[np.int64],
+        uv: NDArray[np.float64],
+        directions: NDArray[np.float64],
+        origins: NDArray[np.float64],
+    ) -> None: ...
+    def save(self, path: str, progress: _Report | None = None, /) -> None: ...
     def extras(self) -> _Extras: ...
     def with_extras(self, extras: _Extras) -> Mesh: ...
 

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from halfline._arrays import count_of, rays_of
+from halfline._arrays import count_of, path_of, rays_of
 from halfline._hits import AllHits, Hits
 from halfline._html import table
 from halfline._image import Image
@@ -20,7 +20,6 @@ from halfline._native import FormatError, Picture
 from halfline._native import Scene as NativeScene
 from halfline._picture import Color, Vector, options_of
 from halfline._progress import Progress, reporting
-
 
 if TYPE_CHECKING:
     from distributed import Client
@@ -56,6 +55,14 @@ class Scene:
         TypeError: For what is no mesh.
         ValueError: For wrong arrays, more than 2^29 triangles, or an unknown preset.
         KeyboardInterrupt: On Ctrl-C.
+
+    Examples:
+        >>> import halfline
+        >>> import numpy as np
+        >>> scene = halfline.Scene(halfline.generate("sphere", 1280))
+        >>> eyes, pixels = np.zeros((5, 1, 1, 3)), np.ones((48, 64, 3))
+        >>> scene.intersect(eyes, pixels).point.shape
+        (5, 48, 64, 3)
     """
 
     __slots__ = ("__weakref__", "_mesh", "_native")
@@ -235,12 +242,16 @@ class Scene:
             progress: As for `Scene`, with the stage "write".
 
         Raises:
+            ValueError: For a name that is that of a mesh, as in scan.ply.
             OSError: If the file cannot be written.
             FormatError: If the scene is from a file that was damaged meanwhile.
             KeyboardInterrupt: On Ctrl-C; what was at `path` is still there.
         """
+        name = path_of("path", path)
+        if name.lower().endswith(_MESH_NAMES):
+            raise ValueError(f"path: expected the name of a tree, as in scan.hlt, found {name!r}")
         with reporting(progress) as report:
-            self._native.save(os.fspath(path), report)
+            self._native.save(name, report)
 
     @property
     def path(self) -> Path | None:
@@ -326,7 +337,7 @@ class Scene:
             progress: As for `Scene`, with the stage "trace" in pixels.
 
         Returns:
-            An array of uint8, shape (height, width, 3) or, if transparent, (height, width, 4), which
+            An array of uint8, shape (height, width, 3), or (height, width, 4) if transparent. It
             shows itself in Jupyter and has the other layers as attributes.
 
         Raises:
@@ -398,13 +409,17 @@ _PICTURE = frozenset(
 )
 
 
+_MESH_NAMES = (".ply", ".stl", ".obj", ".off", ".gltf", ".glb")
+
+
 def open_tree(
     path: str | os.PathLike[str], *, verify: bool | None = None, progress: Progress = None
 ) -> Scene:
     """Opens a scene that was saved: maps the file, in well under a millisecond whatever its size.
 
-    All processes on a machine share its memory. A file that is not as it was when it was written, by
-    its time of modification, is read once to hold it against its checksums, at the speed of memory.
+    All processes on a machine share its memory. A file that was touched since it was written, as
+    its time of modification tells, is read once and held against its checksums, at the speed of
+    memory.
 
     What is damaged after that can give wrong answers or a `FormatError`, but never harms the
     process; nor does a file that is cut short while it is open.
@@ -423,7 +438,7 @@ def open_tree(
         KeyboardInterrupt: On Ctrl-C.
     """
     with reporting(progress) as report:
-        return Scene._of(NativeScene.open(os.fspath(path), verify, report))
+        return Scene._of(NativeScene.open(path_of("path", path), verify, report))
 
 
 def _reopen(path: str, content_hash: str) -> Scene:
@@ -444,9 +459,15 @@ def _build(mesh: Mesh, preset: str) -> Scene:
 
 def _mesh_of(mesh: Mesh | MeshLike | ArrayLike, faces: ArrayLike | None) -> Mesh:
     if faces is not None:
-        return Mesh(mesh, faces)  # type: ignore[arg-type]
+        if hasattr(mesh, "vertices"):
+            raise TypeError("faces: expected none beside a mesh, which has its own")
+        return Mesh(mesh, faces)
     if isinstance(mesh, Mesh):
         return mesh
+    if isinstance(mesh, str | os.PathLike):
+        raise TypeError(
+            "mesh: expected a mesh, found a path: halfline.load reads meshes, halfline.open trees"
+        )
     try:
         vertices, found = mesh.vertices, mesh.faces  # type: ignore[union-attr]
     except AttributeError:

@@ -150,7 +150,6 @@ WRONG: list[tuple[str, Any, type[Exception], str]] = [
     ("a number", 1.0, ValueError, "expected shape (..., 3), found ()"),
     ("pairs", np.zeros((5, 2)), ValueError, "expected shape (..., 3), found (5, 2)"),
     ("columns", np.zeros((3, 5)), ValueError, "expected shape (..., 3), found (3, 5)"),
-    ("nothing", [], ValueError, "expected shape (..., 3), found (0,)"),
     ("ragged", [[1, 2, 3], [1, 2]], ValueError, "found what NumPy cannot make an array of"),
     ("complex", np.zeros((5, 3), complex), TypeError, "found complex128"),
     ("bool", np.zeros((5, 3), bool), TypeError, "found bool"),

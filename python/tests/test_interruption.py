@@ -109,7 +109,8 @@ hits = scene.intersect(o, d)
 end = time.monotonic()
 assert hits.t.shape == (3_000_000,)
 # The handler ran while the call went on, not after it.
-assert len(calls) == 1 and begin < calls[0] < end, (begin, calls, end)
+assert len(calls) == 1, calls
+assert calls[0] - begin < 0.7 * (end - begin), (begin, calls, end)
 """
     script.write_text(PREAMBLE + text, encoding="utf-8")
     done = subprocess.run(

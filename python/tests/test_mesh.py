@@ -151,8 +151,9 @@ def test_a_file_that_is_not_there_is_an_os_error(tmp_path: Path) -> None:
         halfline.load(path)
     assert raised.value.errno == errno.ENOENT
     assert raised.value.filename == str(path)
-    with pytest.raises(IsADirectoryError):
+    with pytest.raises(IsADirectoryError, match="Is a directory") as directory:
         halfline.load(tmp_path)
+    assert directory.value.filename == str(tmp_path)
 
 
 def test_a_damaged_file_is_a_format_error(tmp_path: Path) -> None:
@@ -180,8 +181,11 @@ def test_a_mesh_pickles_with_all_that_its_file_said(tmp_path: Path) -> None:
             np.testing.assert_array_equal(again.vertices, mesh.vertices)
             assert again.vertices.dtype == mesh.vertices.dtype
             np.testing.assert_array_equal(again.faces, mesh.faces)
-            for found, expected in zip(again._native.extras(), mesh._native.extras(), strict=True):
-                np.testing.assert_array_equal(found, expected)
+            *arrays, materials = again._native.extras()
+            *expected, expected_materials = mesh._native.extras()
+            assert materials == expected_materials
+            for array, other in zip(arrays, expected, strict=True):
+                np.testing.assert_array_equal(array, other)
 
 
 def test_copies_of_what_never_changes_are_itself() -> None:

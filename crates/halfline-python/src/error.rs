@@ -1,5 +1,7 @@
 //! The library's errors as Python's exceptions.
 
+use std::io::ErrorKind;
+
 use halfline::Error;
 use pyo3::exceptions::{PyIsADirectoryError, PyKeyboardInterrupt, PyOSError, PyValueError};
 use pyo3::prelude::*;
@@ -16,7 +18,7 @@ pyo3::create_exception!(
 pub fn exception(py: Python, error: Error) -> PyErr {
     match error {
         Error::Interrupted => PyKeyboardInterrupt::new_err(()),
-        Error::Io { path, source } => match source.raw_os_error() {
+        Error::Io { path, source } => match number_of(py, &source) {
             // Python chooses the subclass by the number.
             Some(number) => match system_text(py, number) {
                 Ok(text) => PyOSError::new_err((number, text, path.into_os_string())),
@@ -30,6 +32,14 @@ pub fn exception(py: Python, error: Error) -> PyErr {
         Error::Format { .. } => FormatError::new_err(error.to_string()),
         Error::Invalid { .. } => PyValueError::new_err(error.to_string()),
     }
+}
+
+/// The number of an error: the system's, or that of the one which the library finds out by itself.
+fn number_of(py: Python, error: &std::io::Error) -> Option<i32> {
+    error.raw_os_error().or_else(|| match error.kind() {
+        ErrorKind::IsADirectory => py.import("errno").ok()?.getattr("EISDIR").ok()?.extract().ok(),
+        _ => None,
+    })
 }
 
 /// What Python says about an error of the system.

@@ -166,6 +166,47 @@ impl Mesh {
         })
     }
 
+    /// Writes where rays along `directions` leave the surface at hits; NaN for misses.
+    fn origins_towards(
+        &self,
+        py: Python,
+        face: PyReadonlyArrayDyn<i64>,
+        uv: PyReadonlyArrayDyn<f64>,
+        directions: PyReadonlyArrayDyn<f64>,
+        mut origins: Places<f64>,
+    ) -> PyResult<()> {
+        let (face, uv) = (face.as_slice()?, rows::<_, 2>(uv.as_slice()?)?);
+        let directions = rows::<_, 3>(directions.as_slice()?)?;
+        let origins = rows_mut::<_, 3>(origins.as_slice_mut()?)?;
+        check_places(face.len(), &[uv.len(), directions.len(), origins.len()])?;
+        let one = |face: i64, [u, v]: [f64; 2], direction: [f64; 3]| {
+            let face = u32::try_from(face).ok();
+            let face = face.filter(|&face| (face as usize) < self.0.triangle_count());
+            face.map_or([f64::NAN; 3], |face| {
+                let surface = SurfacePoint::on_triangle(self.0.corners(face), u, v);
+                surface.origin_towards(direction.into()).to_array()
+            })
+        };
+        on_pool(py, None, |observer| {
+            let parts = face.par_chunks(CHUNK).zip(uv.par_chunks(CHUNK));
+            let parts = parts.zip(directions.par_chunks(CHUNK)).zip(origins.par_chunks_mut(CHUNK));
+            parts.try_for_each(|(((face, uv), directions), origins)| {
+                for (((face, uv), direction), origin) in
+                    face.iter().zip(uv).zip(directions).zip(origins)
+                {
+                    *origin = one(*face, *uv, *direction);
+                }
+                observer.check()
+            })
+        })
+    }
+
+    /// Writes the mesh as binary PLY.
+    #[pyo3(signature = (path, progress=None, /))]
+    fn save(&self, py: Python, path: PathBuf, progress: Progress) -> PyResult<()> {
+        on_pool(py, progress, |observer| halfline::io::save_ply(&self.0, &path, observer))
+    }
+
     fn extras<'py>(&self, py: Python<'py>) -> Extras<'py> {
         let mesh = &self.0;
         let numbers = |numbers: &Buffer<u32>| PyArray1::from_slice(py, numbers);

@@ -4,8 +4,9 @@ use std::ops::Range;
 
 use rayon::prelude::*;
 
+use super::all_rows::{all_hits_of, count_hits_of};
 use super::cast::{Batch, Cast, Ending};
-use super::query::{AllContacts, AnyHit, ClosestHit, Query};
+use super::query::{AnyHit, ClosestHit, Query};
 use super::ray_group::{RayLanes, RayRows};
 use crate::error::Result;
 use crate::geometry::{Hit, Ray, SingleHit, SingleRay};
@@ -290,92 +291,31 @@ pub fn intersect_single(
     cast::<_, ClosestSingle>(target, rays, observer)
 }
 
-/// Rays and all their hits, in the order in which the rays come to an end.
-struct AllRows<'a, R> {
-    target: Target<'a>,
-    rays: &'a [R],
-    hits: Vec<Hit>,
-    /// For each ray where its hits are.
-    places: Vec<Range<usize>>,
-}
-
-impl<R: RayRows> Batch for AllRows<'_, R> {
-    type Query = AllContacts;
-    const ENDING: Ending = Ending::None;
-
-    #[inline(always)]
-    fn count(&self) -> usize {
-        self.rays.len()
-    }
-
-    #[inline(always)]
-    fn ray(&self, number: usize) -> Ray {
-        self.rays[number].into()
-    }
-
-    #[inline(always)]
-    fn lanes<S: Simd>(&self, simd: S, numbers: Range<usize>) -> RayLanes<S> {
-        R::lanes(simd, &self.rays[numbers])
-    }
-
-    #[inline(always)]
-    fn gather<S: Simd>(&self, simd: S, numbers: &[usize; LANES]) -> RayLanes<S> {
-        R::gather(simd, self.rays, numbers)
-    }
-
-    #[inline(always)]
-    fn finish(&mut self, number: usize, ray: &PreparedRay, query: &mut AllContacts) {
-        let first = self.hits.len();
-        self.hits.extend_from_slice(query.finish(ray, self.target.tree, self.target.mesh));
-        self.places[number] = first..self.hits.len();
-    }
-}
-
-/// Casts a chunk of rays on this thread: for each of them where its hits are, and the hits.
-pub(super) fn cast_chunk_for_hits<R: RayRows>(
-    target: Target,
-    rays: &[R],
-) -> (Vec<Range<usize>>, Vec<Hit>) {
-    let Target { tree, mesh, level } = target;
-    let batch = AllRows { target, rays, hits: Vec::new(), places: vec![0..0; rays.len()] };
-    let (rows, _) = level.run(Cast::new(tree, mesh, batch));
-    (rows.places, rows.hits)
-}
-
-/// All hits of chunks of rays, chunk by chunk.
-fn cast_all<R: RayRows + Sync, A: Send>(
-    target: Target,
-    rays: &[R],
-    observer: &dyn Observer,
-    take: impl Fn(Vec<Range<usize>>, Vec<Hit>) -> A + Sync,
-) -> Result<Vec<A>> {
-    let progress = start(observer, rays.len());
-    rays.par_chunks(CHUNK)
-        .map(|rays| {
-            progress.check()?;
-            let (places, hits) = cast_chunk_for_hits(target, rays);
-            progress.advance(rays.len())?;
-            Ok(take(places, hits))
-        })
-        .collect()
-}
-
 /// All hits of each ray.
 fn cast_for_hits<R: RayRows + Sync>(
     target: Target,
     rays: &[R],
     observer: &dyn Observer,
 ) -> Result<AllHits> {
-    let chunks = cast_all(target, rays, observer, |places, hits| (places, hits))?;
+    let progress = start(observer, rays.len());
+    let chunks = rays.par_chunks(CHUNK).map(|rays| {
+        progress.check()?;
+        let chunk = all_hits_of(target, rays, observer);
+        progress.advance(rays.len())?;
+        Ok(chunk)
+    });
+    let chunks = chunks.collect::<Result<Vec<_>>>()?;
     let mut all = AllHits::default();
     all.splits.reserve_exact(rays.len() + 1);
     all.splits.push(0);
     all.hits.reserve_exact(chunks.iter().map(|(_, hits)| hits.len()).sum());
-    for (places, hits) in chunks {
-        for place in places {
-            all.hits.extend_from_slice(&hits[place]);
-            all.splits.push(all.hits.len());
+    for (counts, hits) in chunks {
+        let mut end = all.hits.len();
+        for count in counts {
+            end += count;
+            all.splits.push(end);
         }
+        all.hits.extend_from_slice(&hits);
     }
     Ok(all)
 }
@@ -386,8 +326,15 @@ fn cast_for_counts<R: RayRows + Sync>(
     rays: &[R],
     observer: &dyn Observer,
 ) -> Result<Vec<usize>> {
-    let chunks = cast_all(target, rays, observer, |places, _| places)?;
-    Ok(chunks.into_iter().flatten().map(|place| place.len()).collect())
+    let progress = start(observer, rays.len());
+    let mut counts = vec![0; rays.len()];
+    let chunks = counts.par_chunks_mut(CHUNK).zip(rays.par_chunks(CHUNK));
+    chunks.try_for_each(|(counts, rays)| {
+        progress.check()?;
+        count_hits_of(target, rays, counts, observer);
+        progress.advance(rays.len())
+    })?;
+    Ok(counts)
 }
 
 /// A ray in either precision. The engine is compiled for both of them here, and not again wherever it

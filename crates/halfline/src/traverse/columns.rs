@@ -10,7 +10,8 @@ use std::ops::Range;
 use bytemuck::Zeroable;
 use rayon::prelude::*;
 
-use super::batch::{Any, CHUNK, Closest, Question, Target, cast_chunk, cast_chunk_for_hits, start};
+use super::all_rows::{all_hits_of, count_hits_of};
+use super::batch::{Any, CHUNK, Closest, Question, Target, cast_chunk, start};
 use crate::error::{Error, Result};
 use crate::geometry::{Hit, Ray, SingleRay, Vec3};
 use crate::progress::Observer;
@@ -279,12 +280,22 @@ impl Rays {
         }
     }
 
-    /// For each ray where its hits are, and the hits.
-    fn cast_all(&self, target: Target) -> (Vec<Range<usize>>, Vec<Hit>) {
+    /// How many hits each ray has, and the hits.
+    fn all_hits(&self, target: Target, observer: &dyn Observer) -> (Vec<usize>, Vec<Hit>) {
         match self {
-            Rays::Single(rays) => cast_chunk_for_hits(target, rays),
-            Rays::Double(rays) => cast_chunk_for_hits(target, rays),
+            Rays::Single(rays) => all_hits_of(target, rays, observer),
+            Rays::Double(rays) => all_hits_of(target, rays, observer),
         }
+    }
+
+    /// How many hits each ray has.
+    fn count_hits(&self, target: Target, observer: &dyn Observer) -> Vec<usize> {
+        let mut counts = vec![0; self.len()];
+        match self {
+            Rays::Single(rays) => count_hits_of(target, rays, &mut counts, observer),
+            Rays::Double(rays) => count_hits_of(target, rays, &mut counts, observer),
+        }
+        counts
     }
 }
 
@@ -364,9 +375,8 @@ pub fn count(
     assert_eq!(counts.len(), columns.len(), "{PLACES}");
     let parts = counts.chunks_mut(CHUNK).collect();
     in_chunks(columns, parts, observer, |rays, counts: &mut [i64]| {
-        let (places, _) = rays.cast_all(target);
-        for (count, place) in counts.iter_mut().zip(places) {
-            *count = place.len() as i64;
+        for (place, count) in counts.iter_mut().zip(rays.count_hits(target, observer)) {
+            *place = count as i64;
         }
     })?;
     Ok(())
@@ -379,7 +389,7 @@ pub fn intersect_all(
     observer: &dyn Observer,
 ) -> Result<AllHitColumns> {
     let parts = vec![(); columns.len().div_ceil(CHUNK)];
-    let chunks = in_chunks(columns, parts, observer, |rays, ()| rays.cast_all(target))?;
+    let chunks = in_chunks(columns, parts, observer, |rays, ()| rays.all_hits(target, observer))?;
 
     // Chunk by chunk to the places that follow from how many hits the earlier ones have.
     let total = chunks.iter().map(|(_, hits)| hits.len()).sum();
@@ -402,14 +412,13 @@ pub fn intersect_all(
         parts.push((chunk, splits, before, columns));
         before += count;
     }
-    let put = |((places, hits), splits, before, (t, face, uv)): Part| {
-        let mut end = 0;
-        for (place, split) in places.into_iter().zip(splits) {
-            let first = end;
-            end += place.len();
-            scatter(&hits[place], &mut t[first..end], &mut face[first..end], &mut uv[first..end]);
-            *split = (before + end) as i64;
+    let put = |((counts, hits), splits, before, (t, face, uv)): Part| {
+        let mut end = before;
+        for (count, split) in counts.into_iter().zip(splits) {
+            end += count;
+            *split = end as i64;
         }
+        scatter(&hits, t, face, uv);
     };
     if parts.len() <= 1 {
         parts.into_iter().for_each(put);
@@ -421,7 +430,7 @@ pub fn intersect_all(
 
 /// What a chunk's rays hit, and where it goes: splits, the hits of earlier chunks, and t, face and uv.
 type Part<'a> = (
-    (Vec<Range<usize>>, Vec<Hit>),
+    (Vec<usize>, Vec<Hit>),
     &'a mut [i64],
     usize,
     (&'a mut [f64], &'a mut [i64], &'a mut [[f64; 2]]),

@@ -1,5 +1,6 @@
 //! From rays to hits.
 
+mod all_rows;
 mod around_point;
 mod batch;
 mod bundle;

@@ -18,12 +18,12 @@ pub trait Search {
 /// How far single precision answers a question, where it is certain that a triangle is hit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Shortcut {
-    /// Not at all: everything is decided exactly.
-    None,
     /// One such triangle is the answer.
     Any,
     /// Such a triangle, if it is also the nearest for certain, is the answer.
     Nearest,
+    /// Each such triangle is crossed, and part of the answer.
+    Each,
 }
 
 /// A search among exact meetings.
@@ -36,6 +36,11 @@ pub trait Query: Search + TakeMeeting {
 
     /// This face is known to be hit, and to be the answer.
     fn settle(&mut self, _face: u32, _corners: [Vec3; 3]) {}
+
+    /// For [`Shortcut::Each`]: what was found so far.
+    fn contacts(&mut self) -> Option<&mut AllContacts> {
+        None
+    }
 
     /// For [`Shortcut::Nearest`]: the face of the nearest hit, and bounds of its t.
     fn nearest(&self) -> (u32, Bounds) {
@@ -195,13 +200,42 @@ impl TakeMeeting for AnyHit {
 /// All hits, each face once.
 #[derive(Default)]
 pub struct AllContacts {
-    hits: Vec<Hit>,
+    /// Crossings by faces that single precision is certain of, and where the faces are. A face that lies
+    /// in several leaves is there as often.
+    pub certain: Vec<CertainCrossing>,
+    /// The other crossings.
+    pub hits: Vec<Hit>,
     /// The contacts that are no crossings, which are few.
-    touches: Vec<Touch>,
+    pub touches: Vec<Touch>,
+}
+
+/// A face that a ray crosses, in the inside and within the ray's range.
+#[derive(Clone, Copy)]
+pub struct CertainCrossing {
+    /// The face.
+    pub face: u32,
+    /// In which block and lane it was found.
+    pub place: (u32, u32),
 }
 
 impl AllContacts {
-    /// The hits, sorted by t and then by face, once the walk is over.
+    /// True if nothing was met.
+    #[inline(always)]
+    pub fn is_empty(&self) -> bool {
+        self.certain.is_empty() && self.hits.is_empty() && self.touches.is_empty()
+    }
+
+    /// How many faces are crossed, if there are no touches.
+    pub fn count_crossings(&mut self, faces: &mut Vec<u32>) -> usize {
+        faces.clear();
+        faces.extend(self.certain.iter().map(|certain| certain.face));
+        faces.extend(self.hits.iter().map(|hit| hit.face));
+        faces.sort_unstable();
+        faces.dedup();
+        faces.len()
+    }
+
+    /// The hits, sorted by t and then by face, once the walk is over and nothing is merely certain.
     pub fn finish(&mut self, ray: &PreparedRay, tree: &KdTree, mesh: &Mesh) -> &[Hit] {
         complete_hits(
             ray,
@@ -228,12 +262,18 @@ impl Search for AllContacts {
 }
 
 impl Query for AllContacts {
-    const SHORTCUT: Shortcut = Shortcut::None;
+    const SHORTCUT: Shortcut = Shortcut::Each;
 
     #[inline]
     fn restart(&mut self) {
+        self.certain.clear();
         self.hits.clear();
         self.touches.clear();
+    }
+
+    #[inline(always)]
+    fn contacts(&mut self) -> Option<&mut AllContacts> {
+        Some(self)
     }
 }
 

@@ -105,6 +105,52 @@ fn truncated_longer_foreign_and_other_files_are_refused_in_one_line() {
     assert!(refusal(Path::new("/dev/null"), Verify::Always).contains("regular file"));
 }
 
+/// A header with other bytes at some place, and the right checksum.
+fn forge(whole: &[u8], at: usize, bytes: &[u8]) -> Vec<u8> {
+    let mut forged = whole.to_vec();
+    forged[at..at + bytes.len()].copy_from_slice(bytes);
+    forged[32..40].fill(0);
+    let checksum = twox_hash::XxHash3_64::oneshot(&forged[..4096]);
+    forged[32..40].copy_from_slice(&checksum.to_le_bytes());
+    forged
+}
+
+#[test]
+fn forged_headers_are_refused_for_what_is_wrong_with_them() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("tree.hlt");
+    full_scene().save(&path, &Silent).unwrap();
+    let whole = fs::read(&path).unwrap();
+    let number = |at: usize| u64::from_le_bytes(whole[at..at + 8].try_into().unwrap());
+    let section = |section: usize| 72 + 16 * section;
+    let refused = |at: usize, bytes: &[u8], verify: Verify| {
+        fs::write(&path, forge(&whole, at, bytes)).unwrap();
+        refusal(&path, verify)
+    };
+    // Another hash of the same contents.
+    let error = refused(40, &[whole[40] ^ 1], Verify::Always);
+    assert!(error.contains("checksums are not what was written"), "{error}");
+    // Sections that overlap, that leave a page between them, and that leave the file.
+    for (at, value) in [
+        (section(4), number(section(4)) - 4096),
+        (section(4), number(section(4)) + 4096),
+        (section(0), u64::MAX - 4095),
+        (section(9) + 8, u64::MAX),
+    ] {
+        let error = refused(at, &value.to_le_bytes(), Verify::Never);
+        assert!(error.contains("not where they can be"), "{at}: {error}");
+    }
+    // A mesh that should have no colours, and has some; triangles that end within one.
+    let flags = u32::from_le_bytes(whole[324..328].try_into().unwrap());
+    let error = refused(324, &(flags & !8).to_le_bytes(), Verify::Never);
+    assert!(error.contains("vertex colours have a length"), "{error}");
+    let error = refused(section(5) + 8, &(number(section(5) + 8) - 4).to_le_bytes(), Verify::Never);
+    assert!(error.contains("triangles have a length"), "{error}");
+    // A stack of a terabyte.
+    let error = refused(316, &u32::MAX.to_le_bytes(), Verify::Never);
+    assert!(error.contains("a tree that cannot be"), "{error}");
+}
+
 /// Headers that say the right checksum of wrong things.
 #[test]
 fn impossible_headers_are_refused() {

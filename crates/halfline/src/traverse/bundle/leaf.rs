@@ -123,7 +123,7 @@ impl<B: Batch> Cast<'_, B> {
                         bundle.told &= !bits_of(nearer, group);
                         open &= !nearer;
                     }
-                    Shortcut::Any | Shortcut::None => {
+                    Shortcut::Any | Shortcut::Each => {
                         let certain = verdict.certain & open;
                         done |= bits_of(certain, group);
                         lanes &= !certain;

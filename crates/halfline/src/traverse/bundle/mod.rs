@@ -399,7 +399,7 @@ impl<B: Batch> Cast<'_, B> {
     /// Whether bundles are of any use here.
     #[inline(always)]
     pub fn can_bundle(&self) -> bool {
-        B::Query::SHORTCUT != Shortcut::None && self.tree.wide.root.is_inner()
+        B::Query::SHORTCUT != Shortcut::Each && self.tree.wide.root.is_inner()
     }
 
     /// Prepares up to eight rays. Returns a bit for each that meets the root's box.

@@ -54,7 +54,16 @@ impl<B: Batch> Cast<'_, B> {
         let block = &self.tree.leaves.blocks[index];
         let Candidates { low, high, open, certain, placed } = candidates;
         match B::Query::SHORTCUT {
-            Shortcut::None => *open,
+            Shortcut::Each => {
+                let mut rest = *certain;
+                while rest != 0 {
+                    let lane = rest.trailing_zeros() as usize % LANES;
+                    rest &= rest - 1;
+                    let place = (index as u32, lane as u32);
+                    decision.settle_each(block.faces[lane], place);
+                }
+                *open & !*certain
+            }
             Shortcut::Any => {
                 if *certain == 0 {
                     return *open;
@@ -180,7 +189,7 @@ impl<B: Batch> Cast<'_, B> {
         index: usize,
         open: u32,
     ) -> bool {
-        if B::Query::SHORTCUT == Shortcut::None {
+        if B::Query::SHORTCUT == Shortcut::Each {
             self.decide_exactly(ray, decision, index, open);
             return decision.is_done();
         }
@@ -243,7 +252,7 @@ impl<B: Batch> Cast<'_, B> {
         }
     }
 
-    fn prepare(&self, number: usize, decision: &mut Decision<B::Query>) {
+    pub(super) fn prepare(&self, number: usize, decision: &mut Decision<B::Query>) {
         if !decision.is_prepared {
             decision.prepared.set(&self.batch.ray(number));
             decision.is_prepared = true;

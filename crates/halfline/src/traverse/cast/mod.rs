@@ -11,7 +11,7 @@ use std::cell::Cell;
 use std::ops::Range;
 
 use super::leaf_kernel::{Verdict, test};
-use super::query::Query;
+use super::query::{AllContacts, CertainCrossing, Query};
 use super::ray_group::RayLanes;
 use super::wide_ray::{Parameter, WideRay};
 use crate::geometry::{Hit, NO_FACE, Ray, Vec3};
@@ -51,7 +51,8 @@ pub trait Batch {
     /// Eight rays of any numbers.
     fn gather<S: Simd>(&self, simd: S, numbers: &[usize; LANES]) -> RayLanes<S>;
 
-    /// How answers are found for hits that are known, but for where.
+    /// How answers are found for hits that are known, but for where. Where all hits are asked for,
+    /// [`Ending::None`] means that only their number is.
     const ENDING: Ending;
 
     /// Takes the answer of [`Ending::Single`].
@@ -62,6 +63,9 @@ pub trait Batch {
 
     /// Takes the answer of [`Shortcut::Any`]: there is a hit.
     fn finish_found(&mut self, _number: usize) {}
+
+    /// Takes how many faces a ray crosses, where no more is asked of those that touch none.
+    fn finish_count(&mut self, _number: usize, _contacts: &mut AllContacts) {}
 
     /// Takes the answer of a walk that met some triangle's line.
     fn finish(&mut self, number: usize, ray: &PreparedRay, query: &mut Self::Query);
@@ -226,6 +230,16 @@ impl<Q: Query> Decision<Q> {
     fn settle_any(&mut self) {
         self.is_prepared = true;
         self.query.settle(NO_FACE, [Vec3::ZERO; 3]);
+    }
+
+    /// Takes it that a face is crossed, where all that are crossed are asked for.
+    #[inline(always)]
+    fn settle_each(&mut self, face: u32, place: (u32, u32)) {
+        if let Some(contacts) = self.query.contacts()
+            && face != NO_FACE
+        {
+            contacts.certain.push(CertainCrossing { face, place });
+        }
     }
 
     /// True if nothing more can matter.

@@ -2,7 +2,7 @@
 
 use super::super::hit_lanes::{HitLanes, hits};
 use super::super::plane_lanes::single_parameters;
-use super::super::query::{Query, Shortcut};
+use super::super::query::{CertainCrossing, Query, Shortcut};
 use super::super::second_look::{SecondLook, second_look};
 use super::{Batch, Cast, Decision, Ending, Found, RayState};
 use crate::geometry::{Hit, NO_FACE, Vec3};
@@ -94,6 +94,9 @@ impl<B: Batch> Cast<'_, B> {
         decision: &mut Decision<B::Query>,
         ended: &mut Pairs,
     ) {
+        if B::Query::SHORTCUT == Shortcut::Each {
+            return self.finish_each(simd, ray.number, decision, ended);
+        }
         let Found { face, place, .. } = ray.found;
         if B::Query::SHORTCUT == Shortcut::Nearest && face != NO_FACE && !decision.is_told {
             if ended.push(ray.number, face, place) {
@@ -103,6 +106,51 @@ impl<B: Batch> Cast<'_, B> {
             decision.restart();
         } else {
             self.finish_decided(ray.number, decision);
+        }
+    }
+
+    /// Takes all hits of a ray whose walk is over.
+    #[inline(always)]
+    fn finish_each<S: Simd>(
+        &mut self,
+        simd: S,
+        number: usize,
+        decision: &mut Decision<B::Query>,
+        ended: &mut Pairs,
+    ) {
+        let Some(contacts) = decision.query.contacts() else { return };
+        if contacts.is_empty() {
+            return decision.restart();
+        }
+        if !contacts.touches.is_empty() {
+            // Which of them count depends on t of all crossings.
+            self.make_exact(number, decision);
+        } else if B::ENDING == Ending::None {
+            self.batch.finish_count(number, contacts);
+            decision.is_prepared = true;
+            return decision.restart();
+        } else {
+            for i in 0..contacts.certain.len() {
+                let CertainCrossing { face, place } = contacts.certain[i];
+                if ended.push(number, face, place) {
+                    self.finish_pairs(simd, ended);
+                    ended.lanes = 0;
+                }
+            }
+            contacts.certain.clear();
+        }
+        self.finish_decided(number, decision);
+    }
+
+    /// Finds t and the weights of the crossings that are merely certain.
+    #[cold]
+    #[inline(never)]
+    fn make_exact(&self, number: usize, decision: &mut Decision<B::Query>) {
+        self.prepare(number, decision);
+        let Decision { prepared, query, .. } = decision;
+        let Some(contacts) = query.contacts() else { return };
+        for CertainCrossing { face, place } in contacts.certain.drain(..) {
+            contacts.hits.push(prepared.hit(face, self.corners_at(place)));
         }
     }
 
@@ -209,6 +257,9 @@ impl<B: Batch> Cast<'_, B> {
         let corners = self.corners_at((pairs.blocks[lane], pairs.triangles[lane]));
         let mut decision = Decision::<B::Query>::new();
         decision.prepared.set(&self.batch.ray(number));
+        if B::Query::SHORTCUT == Shortcut::Each {
+            return self.batch.finish_double(number, decision.prepared.hit(face, corners));
+        }
         decision.query.settle(face, corners);
         self.batch.finish(number, &decision.prepared, &mut decision.query);
     }
