@@ -31,7 +31,7 @@ from halfline import Scene
 from harness import DRAGON, OUT, ToolError, print_table, processor
 
 CHUNK_RAYS = 1_000_000
-PICTURE: dict[str, Any] = {"width": 960, "height": 540, "samples": 4, "up": "+Y"}
+PICTURE: dict[str, Any] = {"width": 960, "height": 540, "samples": 16, "up": "+Y"}
 
 WAYS = ("1 thread", "1 worker", "2 threads", "2 workers")
 

@@ -10,9 +10,13 @@ __all__ = [
     "FormatError",
     "Mesh",
     "MeshArray",
+    "Picture",
+    "Rendering",
     "Scene",
     "__version__",
+    "encode_png",
     "main",
+    "picture_size",
     "set_thread_count",
     "thread_count",
 ]
