@@ -104,6 +104,13 @@ growth: rust venv ## what a ray costs from a thousand to ten million triangles, 
 picture: release venv ## from a file to a picture: halfline against VTK's software rasteriser
 	$(VENV)/bin/python bench/picture.py --halfline "$(target_dir)/release/halfline"
 
+# The module is then the optimised one, until `make test` or `make lint` puts the tests' back.
+.PHONY: bench-dask
+bench-dask: rust venv data ## cast rays and draw on one and two Dask workers, and without Dask
+	cargo build --release --locked --package halfline-python
+	@$(VENV)/bin/python tools/develop.py "$(target_dir)/release" $(VENV)
+	$(VENV)/bin/python bench/dask_scaling.py
+
 .PHONY: bench-python
 bench-python: wheel venv data ## compare the Python package with trimesh + embreex and Open3D
 	@tools/install_wheel.sh .venv-wheel "$(target_dir)/wheels"

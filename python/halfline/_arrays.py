@@ -164,11 +164,12 @@ def floats(name: str, value: ArrayLike, shape: str) -> FloatArray:
     dtype = array.dtype
     if dtype.char in "fd" and dtype.isnative:
         return array
-    converted: NDArray[Any] = array.astype(_float_type(name, dtype))
+    converted: NDArray[Any] = array.astype(float_type(name, dtype))
     return converted
 
 
-def _float_type(name: str, dtype: np.dtype[Any]) -> type[np.float32] | type[np.float64]:
+def float_type(name: str, dtype: np.dtype[Any]) -> type[np.float32] | type[np.float64]:
+    """The type in which numbers of `dtype` lose nothing."""
     if dtype.kind == "f" and dtype.itemsize <= 4:
         return np.float32
     if dtype.kind in "iu" or (dtype.kind == "f" and dtype.itemsize == 8):

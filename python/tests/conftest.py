@@ -5,14 +5,19 @@ from __future__ import annotations
 import json
 import os
 import subprocess
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pytest
 from meshes import Floats, Shape, bumpy_sphere, random_rays, write_ply
 from moeller_trumbore import Crossings, crossings
+
+if TYPE_CHECKING:
+    from distributed import Client
+    from halfline import Scene
 
 ROOT = Path(__file__).resolve().parent.parent.parent
 
@@ -118,3 +123,22 @@ def halfline_info(halfline: Halfline, judged: Judged) -> dict[str, Any]:
 def halfline_command(halfline: Halfline) -> Halfline:
     """The command, for tests that import the package of the same name."""
     return halfline
+
+
+@pytest.fixture(scope="session")
+def scene(judged: Judged, tmp_path_factory: pytest.TempPathFactory) -> Scene:
+    """The judged mesh from a tree file."""
+    import halfline
+
+    path = tmp_path_factory.mktemp("tree") / "bumpy.hlt"
+    halfline.Scene(halfline.load(judged.path)).save(path)
+    return halfline.open(path)
+
+
+@pytest.fixture(scope="session")
+def client(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Client]:
+    """A cluster of two worker processes with one thread each, which any test may kill."""
+    from clusters import cluster
+
+    with cluster({}, {}, folder=tmp_path_factory.mktemp("cluster")) as client:
+        yield client

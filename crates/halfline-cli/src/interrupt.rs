@@ -7,6 +7,8 @@ use std::time::Duration;
 
 use halfline::Error;
 
+use crate::temporary;
+
 /// What the process answers after it was interrupted: 128 + SIGINT, as shells expect it.
 pub const EXIT_CODE: u8 = 130;
 
@@ -72,6 +74,7 @@ fn on_signal() -> bool {
 /// Ends the process without waiting for the work.
 fn end_now() -> ! {
     halfline::io::abandon_all();
+    temporary::remove_all();
     let mut stderr = std::io::stderr();
     let clear_bar = if stderr.is_terminal() { "\r\x1b[2K" } else { "" };
     let _ = writeln!(stderr, "{clear_bar}halfline: interrupted");

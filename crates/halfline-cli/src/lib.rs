@@ -1,5 +1,5 @@
 //! The `halfline` command, so that a program in another language can be the same one: [`run`] is all of
-//! it. Besides that, its reader of ray files, where fuzzers reach it, and its understanding of the
+//! it, and [`run_with`] what such a program adds. Besides that, its reader of ray files, where fuzzers reach it, and its understanding of the
 //! options of a picture.
 //!
 //! Not meant to be built upon: the library is `halfline`.
@@ -9,6 +9,7 @@ mod commands;
 mod engine;
 mod failure;
 mod global_options;
+mod host;
 mod interrupt;
 pub mod npy;
 mod npz;
@@ -20,9 +21,11 @@ mod progress;
 mod session;
 mod source;
 mod table;
+mod temporary;
 mod tree_options;
 mod units;
 mod values;
 
+pub use host::{Cluster, Host};
 pub use picture::render_settings;
-pub use program::run;
+pub use program::{run, run_with};

@@ -10,6 +10,7 @@ use clap::{CommandFactory, Parser};
 use crate::arguments::{Arguments, Command};
 use crate::commands;
 use crate::failure::Failure;
+use crate::host::Host;
 use crate::interrupt;
 use crate::one_line::one_line;
 use crate::session::Session;
@@ -29,18 +30,23 @@ const FAILED: u8 = 1;
 /// It is made to be called once in a process. Called again, it does the same, but cannot change
 /// the number of threads any more, and says so.
 pub fn run(arguments: impl IntoIterator<Item = OsString>) -> u8 {
+    run_with(arguments, None)
+}
+
+/// [`run`] inside of `host`, which can do more than the command by itself.
+pub fn run_with(arguments: impl IntoIterator<Item = OsString>, host: Option<&dyn Host>) -> u8 {
     match Arguments::try_parse_from(arguments) {
-        Ok(arguments) => outcome(execute(&arguments)),
+        Ok(arguments) => outcome(execute(&arguments, host)),
         Err(error) => tell(&error),
     }
 }
 
-fn execute(arguments: &Arguments) -> Result<(), Failure> {
+fn execute(arguments: &Arguments, host: Option<&dyn Host>) -> Result<(), Failure> {
     keep_guarded_panics_quiet();
     let _listening = interrupt::listen()?;
     let session = Session::start(&arguments.global)?;
     match &arguments.command {
-        Command::Render(options) => commands::render::run(options, session),
+        Command::Render(options) => commands::render::run(options, session, host),
         Command::Info(options) => commands::info::run(options, session),
         Command::Doctor(options) => commands::doctor::run(options, session),
         Command::Query(options) => commands::query::run(options, session),

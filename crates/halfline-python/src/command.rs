@@ -2,11 +2,16 @@
 
 use std::ffi::OsString;
 
+use halfline_cli::Host;
 use pyo3::prelude::*;
 
+use crate::cluster::PythonHost;
+
 /// Runs the command with these arguments, the program's name first, and returns its exit code.
+/// `connect` is called with the address of a cluster, if one is asked for.
 #[pyfunction]
-#[pyo3(signature = (arguments, /))]
-pub fn main(py: Python, arguments: Vec<OsString>) -> u8 {
-    py.detach(|| halfline_cli::run(arguments))
+#[pyo3(signature = (arguments, connect=None, /))]
+pub fn main(py: Python, arguments: Vec<OsString>, connect: Option<Py<PyAny>>) -> u8 {
+    let host = connect.map(PythonHost);
+    py.detach(|| halfline_cli::run_with(arguments, host.as_ref().map(|host| host as &dyn Host)))
 }

@@ -3,6 +3,7 @@
 
 mod arrays;
 mod call;
+mod cluster;
 mod command;
 mod error;
 mod mesh;

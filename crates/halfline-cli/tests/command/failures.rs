@@ -112,3 +112,16 @@ fn a_full_disk_is_named() {
     let output = bench.command("info cube.ply").stdout(full).output().unwrap();
     Outcome::of("info cube.ply > /dev/full", output).failed("standard output", "No space left");
 }
+
+#[test]
+fn a_cluster_needs_the_python_package() {
+    let bench = Bench::new();
+    bench.write("cube.ply", CUBE);
+    let line = "render cube.ply -o cube.png --cluster tcp://127.0.0.1:8786";
+    bench
+        .run(line)
+        .failed("--cluster", "it needs the Python package, pip install 'halfline[dask]'");
+    // What is wrong with the arguments comes first.
+    bench.run(&format!("{line} --ground-height 3")).refused("--ground");
+    assert_eq!(bench.names(), ["cube.ply"]);
+}

@@ -1,38 +1,47 @@
 //! `halfline render`: a picture of a mesh.
 
+mod cluster;
 mod options;
 mod picture_options;
+mod words;
 
 use std::io::BufWriter;
 use std::path::Path;
 
 use halfline::progress::Stage;
-use halfline_render::Rendering;
+use halfline_render::{RenderStatistics, Rendering};
 use serde_json::json;
 
 pub use options::Options;
 pub use picture_options::PictureOptions;
 
 use crate::failure::Failure;
+use crate::host::Host;
 use crate::session::{Figures, Session};
 use crate::source::Source;
 use crate::table::Table;
 use crate::{output, session, units};
 
 /// Draws the picture.
-pub fn run(options: &Options, session: Session) -> Result<(), Failure> {
+pub fn run(options: &Options, session: Session, host: Option<&dyn Host>) -> Result<(), Failure> {
     output::check(&options.output, &[&options.mesh])?;
-    let settings = options.picture.settings().map_err(Failure::Usage)?;
+    let settings = options.picture.options.settings().map_err(Failure::Usage)?;
+    let cluster = cluster::connect(options, host)?;
     let source = Source::open(&options.mesh, &options.tree, &session)?;
     let scene = &source.scene;
     let triangles = scene.mesh().triangle_count() as u64;
-    let (rendering, trace_seconds) = session
-        .timed(Stage::Trace, |observer| halfline_render::render(scene, &settings, observer))?;
+    let (rendering, trace_seconds) = match &cluster {
+        Some(cluster) => cluster::trace(&**cluster, &source, &settings, options, &session)?,
+        None => session
+            .timed(Stage::Trace, |observer| halfline_render::render(scene, &settings, observer))?,
+    };
     let write_seconds = write(&options.output, &rendering, &session)?;
 
     let (zero_area, non_finite) = (scene.tree().skipped_zero_area, scene.tree().skipped_non_finite);
     let rays = rendering.statistics.rays;
-    let rays_per_second = rendering.statistics.rays_per_second();
+    // On a cluster the seconds of the parts add up to more than passed.
+    let statistics = RenderStatistics { trace_seconds, ..rendering.statistics };
+    let rays_per_second = statistics.rays_per_second();
     let peak_memory = session::peak_memory_bytes();
     let mut figures = Figures::new();
     let mut tell = |name: &str, value| figures.insert(name.into(), value);
@@ -46,6 +55,7 @@ pub fn run(options: &Options, session: Session) -> Result<(), Failure> {
     tell("samples", json!(settings.samples));
     tell("seed", json!(settings.seed));
     tell("preset", json!(source.preset));
+    tell("cluster", json!(options.cluster));
     tell("coverage", json!(rendering.coverage()));
     tell("rays", json!(rays.total()));
     tell(
@@ -75,9 +85,10 @@ pub fn run(options: &Options, session: Session) -> Result<(), Failure> {
         table.skipped(zero_area, non_finite);
         source.build_row(&mut table, "");
         let note = format!(
-            "{}rays, {}rays/s",
+            "{}rays, {}rays/s{}",
             units::metric(rays.total() as f64),
-            units::metric(rays_per_second)
+            units::metric(rays_per_second),
+            options.cluster.iter().map(|address| format!(" on {address}")).collect::<String>()
         );
         table.row("trace", units::seconds(trace_seconds), note);
         let note = format!("{} x {} pixels", settings.width, settings.height);

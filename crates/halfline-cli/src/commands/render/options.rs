@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 
-use super::picture_options::PictureOptions;
+use super::words::SpokenPicture;
 use crate::output;
 use crate::tree_options::TreeOptions;
 
@@ -29,9 +29,13 @@ pub struct Options {
     #[arg(value_parser = output::path_with_extension(&["png", "exr"]))]
     pub output: PathBuf,
 
+    /// Let the workers of a Dask cluster trace, tcp://HOST:PORT (needs the Python package)
+    #[arg(long, value_name = "ADDRESS")]
+    pub cluster: Option<String>,
+
     /// What the picture is like.
     #[command(flatten)]
-    pub picture: PictureOptions,
+    pub picture: SpokenPicture,
 
     /// How the tree is built. The last heading of the picture's options is not its own.
     #[command(flatten, next_help_heading = None::<&str>)]
