@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import halfline
 import numpy as np
@@ -32,7 +33,7 @@ def through(scene: halfline.Scene, shape: tuple[int, ...]) -> halfline.AllHits:
         slice(3, 3),
     ],
 )
-def test_some_rays_of_all_hits_are_those_rays(scene: halfline.Scene, index: object) -> None:
+def test_some_rays_of_all_hits_are_those_rays(scene: halfline.Scene, index: Any) -> None:
     found = through(scene, (12,))
     assert found.count.sum() > 5
     some = found[index]
@@ -95,7 +96,7 @@ def test_rays_leave_the_surface_they_start_on(scene: halfline.Scene) -> None:
 
 
 def test_what_is_computed_from_a_picture_is_numbers(scene: halfline.Scene) -> None:
-    image = scene.render(width=40, height=30, samples=1)
+    image: Any = scene.render(width=40, height=30, samples=1)
     assert type(image.mean()) is np.float64
     assert type(image * 0.5) is np.ndarray
     assert type(image.max()) is np.uint8
