@@ -60,14 +60,14 @@ _NAMES = {"open": "open_tree"}
 if not TYPE_CHECKING:
 
     def __getattr__(name: str) -> object:
-        if name in _LAZY:
-            from importlib import import_module
+        from importlib import import_module
 
+        if name in _SUBMODULES:
+            return import_module(f"halfline.{name}")
+        if name in _LAZY:
             value = getattr(import_module(_LAZY[name]), _NAMES.get(name, name))
             globals()[name] = value
             return value
-        if name in _SUBMODULES:
-            return import_module(f"halfline.{name}")
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
 
     def __dir__() -> list[str]:

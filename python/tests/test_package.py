@@ -86,3 +86,10 @@ def test_the_command_can_be_interrupted(judged: Judged, tmp_path: Path) -> None:
     assert "Traceback" not in stderr
     assert stderr.splitlines()[-1].endswith("interrupted")
     assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize("name", ["dask", "open3d", "trimesh"])
+def test_a_submodule_is_there_when_it_is_asked_for(name: str) -> None:
+    code = f"import halfline; print(halfline.{name}.__name__, {name!r} in dir(halfline))"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout == f"halfline.{name} True\n"
