@@ -33,8 +33,9 @@ except ImportError as error:
         f"halfline.dask needs Dask, pip install 'halfline[dask]': {error}", name=error.name
     ) from None
 
+from halfline.dask._lazy_hits import LazyHits
 from halfline.dask._publish import publish, unpublish
-from halfline.dask._rays import LazyHits, count_intersections, intersect, occluded
+from halfline.dask._rays import count_intersections, intersect, occluded
 from halfline.dask._render import render
 from halfline.dask._trees import MissingTreeError
 
