@@ -29,8 +29,8 @@ def intersect(
     """The closest hit of each ray, as `Scene.intersect`; nothing is computed yet.
 
     Leading dimensions are broadcast against each other, and the chunks along them are kept or,
-    where arguments differ, made the same; the last axis becomes one chunk. Chunks of about a million
-    rays are best. Sizes of chunks that Dask does not know (NaN) must be those of all
+    where arguments differ, made the same; the last axis becomes one chunk. Chunks of about a
+    million rays are best. Sizes of chunks that Dask does not know (NaN) must be those of all
     arguments.
 
     Args:
