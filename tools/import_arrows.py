@@ -4,15 +4,16 @@
 The house has one direction. A room (a folder or file under crates/halfline/src) imports only
 rooms of the levels below its own:
 
-    leaks -> scene -> traverse, build, points -> tree, topology -> numeric, simd -> io, mesh
+    leaks, explain -> scene -> traverse, build, points -> tree, topology -> numeric, simd -> io, mesh
           -> geometry, map
 
 Rooms of one level do not know each other: building must not lean on traversal, nor the numeric
 rules on an instruction set. The one exception is io, which makes meshes, and so imports mesh.
 Every room may import error and progress. brute_force and textbook, the judges, import geometry,
 mesh and numeric (for the scalar triangle test) alone, and no room imports them: a judge must not
-share the code that it judges. Among the crates: halfline-python -> halfline-cli -> halfline-render
--> halfline.
+share the code that it judges. explain alone imports textbook, for it is the textbook's walk that it
+tells. Among the crates: halfline-python -> halfline-cli -> halfline-lecture -> halfline-render ->
+halfline.
 
 Modules under #[cfg(test)], and files named tests.rs, may import any room, for that is where engine
 and judge meet. lib.rs names every room and is not checked; what it re-exports counts as the room
@@ -30,7 +31,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 LEVELS: list[set[str]] = [
-    {"leaks"},
+    {"leaks", "explain"},
     {"scene"},
     {"traverse", "build", "points"},
     {"tree", "topology"},
@@ -49,14 +50,16 @@ ALLOWED: dict[str, set[str]] = {
 }
 ALLOWED["io"] |= {"mesh"}
 ALLOWED |= {judge: {"geometry", "mesh", "numeric"} | EVERYWHERE for judge in JUDGES}
+ALLOWED["explain"] |= {"textbook"}
 ALLOWED |= {"error": set(), "progress": {"error"}}
 
 # For each crate the crates of the workspace that it may depend on.
 CRATES: dict[str, set[str]] = {
     "halfline": set(),
     "halfline-render": {"halfline"},
-    "halfline-cli": {"halfline", "halfline-render"},
-    "halfline-python": {"halfline", "halfline-render", "halfline-cli"},
+    "halfline-lecture": {"halfline", "halfline-render"},
+    "halfline-cli": {"halfline", "halfline-render", "halfline-lecture"},
+    "halfline-python": {"halfline", "halfline-render", "halfline-lecture", "halfline-cli"},
 }
 
 # Where `unsafe` may stand, relative to the library's src.

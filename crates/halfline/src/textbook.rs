@@ -48,6 +48,17 @@ pub enum Node {
     },
 }
 
+/// What a half-line has to do with a tree.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Visits {
+    /// Cells that it comes to, leaves included.
+    pub nodes: u64,
+    /// Those that are leaves.
+    pub leaves: u64,
+    /// Triangles that it is tested against; one that lies in several leaves counts each time.
+    pub triangles: u64,
+}
+
 /// When to stop splitting.
 #[derive(Clone, Copy, Debug)]
 pub struct Termination {
@@ -67,22 +78,30 @@ impl Termination {
 
 /// Where to split a cell.
 pub trait SplittingRule {
-    /// The coordinate on `axis` at which to split `cell`, which holds triangles with these
-    /// `boxes`; `None` if no split on this axis is worth it.
-    fn splitting_coordinate(&self, cell: &Aabb, boxes: &[Aabb], axis: usize) -> Option<f64>;
-
-    /// The axis on which to split `cell`, if `by_turns` is the one whose turn it is.
-    fn splitting_axis(&self, _cell: &Aabb, _boxes: &[Aabb], by_turns: usize) -> usize {
-        by_turns
-    }
+    /// The planes at which `cell`, whose triangles have these `boxes`, may be split, as (axis,
+    /// coordinate), the best one first; `by_turns` is the axis whose turn it is.
+    fn splitting_planes<'a>(
+        &'a self,
+        cell: &'a Aabb,
+        boxes: &'a [Aabb],
+        by_turns: usize,
+    ) -> Planes<'a>;
 }
+
+/// Planes, as (axis, coordinate); those that nobody asks for are not found.
+pub type Planes<'a> = Box<dyn Iterator<Item = (usize, f64)> + 'a>;
 
 /// In the middle of the cell, on each axis by turns.
 pub struct Middle;
 
 impl SplittingRule for Middle {
-    fn splitting_coordinate(&self, cell: &Aabb, _boxes: &[Aabb], axis: usize) -> Option<f64> {
-        Some(cell.center()[axis])
+    fn splitting_planes<'a>(
+        &'a self,
+        cell: &'a Aabb,
+        _boxes: &'a [Aabb],
+        by_turns: usize,
+    ) -> Planes<'a> {
+        Box::new(axes_from(by_turns).map(|axis| (axis, cell.center()[axis])))
     }
 }
 
@@ -90,10 +109,18 @@ impl SplittingRule for Middle {
 pub struct ObjectMedian;
 
 impl SplittingRule for ObjectMedian {
-    fn splitting_coordinate(&self, _cell: &Aabb, boxes: &[Aabb], axis: usize) -> Option<f64> {
-        let mut centers: Vec<f64> = boxes.iter().map(|b| b.center()[axis]).collect();
-        let middle = centers.len() / 2;
-        Some(*centers.select_nth_unstable_by(middle, f64::total_cmp).1)
+    fn splitting_planes<'a>(
+        &'a self,
+        _cell: &'a Aabb,
+        boxes: &'a [Aabb],
+        by_turns: usize,
+    ) -> Planes<'a> {
+        let median = |axis: usize| {
+            let mut centers: Vec<f64> = boxes.iter().map(|b| b.center()[axis]).collect();
+            let middle = centers.len() / 2;
+            *centers.select_nth_unstable_by(middle, f64::total_cmp).1
+        };
+        Box::new(axes_from(by_turns).map(move |axis| (axis, median(axis))))
     }
 }
 
@@ -110,7 +137,7 @@ impl SurfaceArea {
     fn cheapest_plane(&self, cell: &Aabb, boxes: &[Aabb], axis: usize) -> Option<(f64, f64)> {
         let (low, high) = (cell.min[axis], cell.max[axis]);
         let sorted = |mut ends: Vec<f64>| {
-            ends.sort_by(f64::total_cmp);
+            ends.sort_unstable_by(f64::total_cmp);
             ends
         };
         let starts = sorted(boxes.iter().map(|b| b.min[axis].max(low)).collect());
@@ -132,19 +159,26 @@ impl SurfaceArea {
 }
 
 impl SplittingRule for SurfaceArea {
-    fn splitting_axis(&self, cell: &Aabb, boxes: &[Aabb], by_turns: usize) -> usize {
-        let cost = |axis: usize| {
-            self.cheapest_plane(cell, boxes, axis).map_or(f64::INFINITY, |(cost, _)| cost)
-        };
-        let axes = [by_turns, next_axis(by_turns), next_axis(next_axis(by_turns))];
-        axes.into_iter().min_by(|&a, &b| cost(a).total_cmp(&cost(b))).unwrap_or(by_turns)
-    }
-
-    fn splitting_coordinate(&self, cell: &Aabb, boxes: &[Aabb], axis: usize) -> Option<f64> {
+    fn splitting_planes<'a>(
+        &'a self,
+        cell: &'a Aabb,
+        boxes: &'a [Aabb],
+        by_turns: usize,
+    ) -> Planes<'a> {
         let cost_of_leaf = boxes.len() as f64;
-        let (cost, plane) = self.cheapest_plane(cell, boxes, axis)?;
-        (cost < cost_of_leaf).then_some(plane)
+        let plane_on = |axis| {
+            let (cost, plane) = self.cheapest_plane(cell, boxes, axis)?;
+            (cost < cost_of_leaf).then_some((cost, axis, plane))
+        };
+        let mut planes: Vec<_> = axes_from(by_turns).filter_map(plane_on).collect();
+        planes.sort_by(|a, b| a.0.total_cmp(&b.0));
+        Box::new(planes.into_iter().map(|(_, axis, plane)| (axis, plane)))
     }
+}
+
+/// All three axes, in turn.
+fn axes_from(axis: usize) -> impl Iterator<Item = usize> {
+    [axis, next_axis(axis), next_axis(next_axis(axis))].into_iter()
 }
 
 /// x, y, z, x, ...
@@ -174,12 +208,42 @@ fn move_triangles(triangles: &[u32], boxes: &[Aabb], axis: usize, plane: f64) ->
     [of(&|b| b.min[axis] <= plane), of(&|b| b.max[axis] >= plane)]
 }
 
-/// Splits a cell until [`terminate_construction`]. `boxes` are those of all triangles of the mesh.
+/// A cell, split in two.
+pub struct Split {
+    /// 0, 1 or 2 for x, y or z.
+    pub axis: usize,
+    /// Where the plane cuts that axis.
+    pub coordinate: f64,
+    /// The parts below and above the plane.
+    pub cells: [Aabb; 2],
+    /// The triangles of each part.
+    pub triangles: [Vec<u32>; 2],
+}
+
+/// Splits a cell once, where the rule says; `None` if no plane separates its triangles. `boxes` are
+/// those of all triangles of the mesh.
+pub fn split_cell(
+    rule: &dyn SplittingRule,
+    boxes: &[Aabb],
+    cell: &Aabb,
+    triangles: &[u32],
+    by_turns: usize,
+) -> Option<Split> {
+    let boxes_here: Vec<Aabb> = triangles.iter().map(|&t| boxes[t as usize]).collect();
+    rule.splitting_planes(cell, &boxes_here, by_turns).find_map(|(axis, plane)| {
+        let moved = move_triangles(triangles, boxes, axis, plane);
+        let separates = moved.iter().any(|part| part.len() < triangles.len());
+        let cells = halves(cell, axis, plane);
+        separates.then_some(Split { axis, coordinate: plane, cells, triangles: moved })
+    })
+}
+
+/// Splits a cell until [`terminate_construction`], each part on the axis next to that of the plane.
 pub fn subdivide_cell(
     rule: &dyn SplittingRule,
     termination: &Termination,
     boxes: &[Aabb],
-    cell: Aabb,
+    cell: &Aabb,
     triangles: Vec<u32>,
     depth: usize,
     by_turns: usize,
@@ -187,30 +251,32 @@ pub fn subdivide_cell(
     if terminate_construction(termination, depth, triangles.len()) {
         return Node::Leaf { triangles };
     }
-
-    // Ask the rule where to split; if that separates nothing, try the other axes.
-    let boxes_here: Vec<Aabb> = triangles.iter().map(|&t| boxes[t as usize]).collect();
-    let first = rule.splitting_axis(&cell, &boxes_here, by_turns);
-    for axis in [first, next_axis(first), next_axis(next_axis(first))] {
-        let Some(plane) = rule.splitting_coordinate(&cell, &boxes_here, axis) else { continue };
-        let [below, above] = move_triangles(&triangles, boxes, axis, plane);
-        if below.len() == triangles.len() && above.len() == triangles.len() {
-            continue;
-        }
-
-        // Split both halves further, on the next axis.
-        let [cell_below, cell_above] = halves(&cell, axis, plane);
-        let split = |cell: Aabb, triangles: Vec<u32>| {
-            let (deeper, next) = (depth + 1, next_axis(axis));
-            subdivide_cell(rule, termination, boxes, cell, triangles, deeper, next)
-        };
-        return Node::Inner {
-            splitting_axis: axis,
-            splitting_coordinate: plane,
-            children: Box::new([split(cell_below, below), split(cell_above, above)]),
-        };
+    let Some(split) = split_cell(rule, boxes, cell, &triangles, by_turns) else {
+        return Node::Leaf { triangles };
+    };
+    drop(triangles);
+    let ([cell_below, cell_above], [below, above]) = (split.cells, split.triangles);
+    let subdivide = |cell, triangles| {
+        let (deeper, next) = (depth + 1, next_axis(split.axis));
+        subdivide_cell(rule, termination, boxes, cell, triangles, deeper, next)
+    };
+    Node::Inner {
+        splitting_axis: split.axis,
+        splitting_coordinate: split.coordinate,
+        children: Box::new([subdivide(&cell_below, below), subdivide(&cell_above, above)]),
     }
-    Node::Leaf { triangles }
+}
+
+/// The boxes of all triangles.
+pub fn boxes_of(mesh: &Mesh) -> Vec<Aabb> {
+    let box_of = |[a, b, c]: [Vec3; 3]| Aabb::EMPTY.including(a).including(b).including(c);
+    (0..mesh.triangle_count() as u32).map(|t| box_of(mesh.corners(t))).collect()
+}
+
+/// The triangles with finite corners.
+pub fn finite_triangles(mesh: &Mesh) -> Vec<u32> {
+    let is_finite = |&t: &u32| mesh.corners(t).into_iter().all(Vec3::is_finite);
+    (0..mesh.triangle_count() as u32).filter(is_finite).collect()
 }
 
 /// A bound on the relative error of `(plane - origin) / direction`, with room to spare: two
@@ -221,7 +287,7 @@ const PLANE_DISTANCE_ERROR: f64 = 4.0 * f64::EPSILON;
 ///
 /// Hits carry the double nearest to their exact t. So a hit beyond the plane has t no less than
 /// the lower bound, and a hit before it no more than the upper.
-fn plane_distance(plane: f64, origin: f64, direction: f64) -> [f64; 2] {
+pub fn plane_distance(plane: f64, origin: f64, direction: f64) -> [f64; 2] {
     let t = (plane - origin) / direction;
     // Where t overflows there is nothing to widen, and infinity times a bound would be NaN.
     let error =
@@ -238,15 +304,10 @@ impl<'mesh> KdTree<'mesh> {
         rule: &dyn SplittingRule,
         termination: &Termination,
     ) -> KdTree<'mesh> {
-        let count = mesh.triangle_count() as u32;
-        let boxes: Vec<Aabb> = (0..count)
-            .map(|t| mesh.corners(t).into_iter().fold(Aabb::EMPTY, |b, corner| b.including(corner)))
-            .collect();
-        let triangles: Vec<u32> =
-            (0..count).filter(|&t| mesh.corners(t).into_iter().all(Vec3::is_finite)).collect();
+        let (boxes, triangles) = (boxes_of(mesh), finite_triangles(mesh));
         let bounding_box =
             triangles.iter().fold(Aabb::EMPTY, |all, &t| all.union(&boxes[t as usize]));
-        let root = subdivide_cell(rule, termination, &boxes, bounding_box, triangles, 0, 0);
+        let root = subdivide_cell(rule, termination, &boxes, &bounding_box, triangles, 0, 0);
         KdTree { mesh, bounding_box, root }
     }
 
@@ -255,13 +316,21 @@ impl<'mesh> KdTree<'mesh> {
         &self.root
     }
 
+    /// The box of the root cell.
+    pub fn bounding_box(&self) -> &Aabb {
+        &self.bounding_box
+    }
+
     /// The closest hit of the half-line; of hits with equal t the one with the lowest face index.
     pub fn ray_tree_intersection(&self, ray: &Ray) -> Hit {
+        self.ray_tree_intersection_counted(ray, &mut Visits::default())
+    }
+
+    /// The same, adding what it took to `visits`.
+    pub fn ray_tree_intersection_counted(&self, ray: &Ray, visits: &mut Visits) -> Hit {
         let Some(prepared) = PreparedRay::new(ray) else { return Hit::MISS };
-        match self.clip_to_box(ray) {
-            Some([t_min, t_max]) => self.closest_in_cell(&self.root, ray, &prepared, t_min, t_max),
-            None => Hit::MISS,
-        }
+        let Some([t_min, t_max]) = clip_to_box(&self.bounding_box, ray) else { return Hit::MISS };
+        self.closest_in_cell(&self.root, ray, &prepared, t_min, t_max, visits)
     }
 
     /// The closest hit of a half-line that passes `node`'s cell between `t_min` and `t_max`.
@@ -272,12 +341,16 @@ impl<'mesh> KdTree<'mesh> {
         prepared: &PreparedRay,
         t_min: f64,
         t_max: f64,
+        visits: &mut Visits,
     ) -> Hit {
+        visits.nodes += 1;
         let (axis, plane, children) = match node {
             // At a leaf, test all triangles and return the closest hit. It may lie outside of the
             // cell; whoever asked knows what to make of it.
             Node::Leaf { triangles } => {
                 let mut closest = Hit::MISS;
+                visits.leaves += 1;
+                visits.triangles += triangles.len() as u64;
                 for &face in triangles {
                     let corners = self.mesh.corners(face);
                     if prepared.meet(corners).is_some() {
@@ -300,13 +373,13 @@ impl<'mesh> KdTree<'mesh> {
         // triangles of both.
         if direction == 0.0 {
             if origin < plane {
-                return self.closest_in_cell(below, ray, prepared, t_min, t_max);
+                return self.closest_in_cell(below, ray, prepared, t_min, t_max, visits);
             }
             if origin > plane {
-                return self.closest_in_cell(above, ray, prepared, t_min, t_max);
+                return self.closest_in_cell(above, ray, prepared, t_min, t_max, visits);
             }
-            let hit_below = self.closest_in_cell(below, ray, prepared, t_min, t_max);
-            let hit_above = self.closest_in_cell(above, ray, prepared, t_min, t_max);
+            let hit_below = self.closest_in_cell(below, ray, prepared, t_min, t_max, visits);
+            let hit_above = self.closest_in_cell(above, ray, prepared, t_min, t_max, visits);
             return nearer(hit_below, hit_above);
         }
 
@@ -316,40 +389,41 @@ impl<'mesh> KdTree<'mesh> {
 
         // It leaves the cell before the plane, or enters it behind the plane: one child is enough.
         if split_low > t_max {
-            return self.closest_in_cell(near, ray, prepared, t_min, t_max);
+            return self.closest_in_cell(near, ray, prepared, t_min, t_max, visits);
         }
         if split_high < t_min {
-            return self.closest_in_cell(far, ray, prepared, t_min, t_max);
+            return self.closest_in_cell(far, ray, prepared, t_min, t_max, visits);
         }
 
         // It passes through both. A hit before the plane is nearer than all beyond it; a hit at or
         // beyond the plane has to stand the comparison with the far child's.
-        let hit_near = self.closest_in_cell(near, ray, prepared, t_min, split_high.min(t_max));
+        let hit_near =
+            self.closest_in_cell(near, ray, prepared, t_min, split_high.min(t_max), visits);
         if hit_near.t < split_low {
             return hit_near;
         }
-        let hit_far = self.closest_in_cell(far, ray, prepared, split_low.max(t_min), t_max);
+        let hit_far = self.closest_in_cell(far, ray, prepared, split_low.max(t_min), t_max, visits);
         nearer(hit_near, hit_far)
     }
+}
 
-    /// The part of the ray's range that lies in the tree's bounding box; `None` if it passes by.
-    fn clip_to_box(&self, ray: &Ray) -> Option<[f64; 2]> {
-        let [mut t_min, mut t_max] = [ray.t_min, ray.t_max];
-        for axis in 0..3 {
-            let (origin, direction) = (ray.origin[axis], ray.direction[axis]);
-            let (low, high) = (self.bounding_box.min[axis], self.bounding_box.max[axis]);
-            if direction == 0.0 {
-                if !(low <= origin && origin <= high) {
-                    return None;
-                }
-                continue;
+/// The part of the ray's range that lies in a box; `None` if it passes by.
+pub fn clip_to_box(bounds: &Aabb, ray: &Ray) -> Option<[f64; 2]> {
+    let [mut t_min, mut t_max] = [ray.t_min, ray.t_max];
+    for axis in 0..3 {
+        let (origin, direction) = (ray.origin[axis], ray.direction[axis]);
+        let (low, high) = (bounds.min[axis], bounds.max[axis]);
+        if direction == 0.0 {
+            if !(low <= origin && origin <= high) {
+                return None;
             }
-            let (first, last) = if direction > 0.0 { (low, high) } else { (high, low) };
-            t_min = t_min.max(plane_distance(first, origin, direction)[0]);
-            t_max = t_max.min(plane_distance(last, origin, direction)[1]);
+            continue;
         }
-        (t_min <= t_max).then_some([t_min, t_max])
+        let (first, last) = if direction > 0.0 { (low, high) } else { (high, low) };
+        t_min = t_min.max(plane_distance(first, origin, direction)[0]);
+        t_max = t_max.min(plane_distance(last, origin, direction)[1]);
     }
+    (t_min <= t_max).then_some([t_min, t_max])
 }
 
 /// The nearer of two hits; see [`is_nearer`].
@@ -372,7 +446,7 @@ impl KdTree<'_> {
         let first = hits.len();
         let mut touches = Vec::new();
         let Some(prepared) = PreparedRay::new(ray) else { return };
-        let Some([t_min, t_max]) = self.clip_to_box(ray) else { return };
+        let Some([t_min, t_max]) = clip_to_box(&self.bounding_box, ray) else { return };
         let mut cells = vec![(&self.root, t_min, t_max)];
         while let Some((node, t_min, t_max)) = cells.pop() {
             match node {

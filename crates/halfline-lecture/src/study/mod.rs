@@ -1,0 +1,1 @@
+//! What a ray costs, as meshes grow: measured, fitted and reported.
