@@ -7,7 +7,6 @@ class Drawing {
     this.camera = new Camera(this.frame, 2);
     this.brush = new Brush(canvas);
     this.isFollowing = true;
-    this.isSeen = (box) => isBox(box);
     this.boxes = walk.cells.map((cell) => (isBox(cell.bounds) ? this.frame.box(cell.bounds) : null));
     this.scenery = (walk.data.scenery ?? []).map((p) => this.frame.point(p));
     this.triangles = new Map(Object.entries(walk.data.triangles).map(([face, corners]) =>
@@ -34,7 +33,8 @@ class Drawing {
     const whole = this.wholeView();
     const step = this.walk.steps[index];
     const box = this.boxes[this.walk.cellOf(step)];
-    if (!this.isFollowing || step.kind === "clip" || step.kind === "end" || !box) return whole;
+    if (!this.isFollowing || step.kind === "clip" || !box) return whole;
+    if (step.kind === "end") return this.missView(whole);
     let radius = radiusOf(box);
     let center = centerOf(box);
     if (step.kind === "leaf") {
@@ -43,10 +43,21 @@ class Drawing {
         ...step.tests.flatMap((test) => this.triangles.get(test.face) ?? [])]);
       const share = Math.min(1, 2 * radius / (radiusOf(reach) || 1));
       center = mixed(center, centerOf(reach), share * 0.7);
-      radius = Math.min(radiusOf(reach), Math.max(2.5 * radius, 1e-12));
+      radius = Math.min(radiusOf(reach), Math.max(2 * radius, 1e-12));
     }
     radius = Math.max(radius * 1.45, 1e-12);
     return radius < whole.radius ? { center, radius } : whole;
+  }
+
+  /** The nearest miss so large that it can be seen, if it is small. */
+  missView(whole) {
+    const ends = this.missEnds();
+    const corners = this.triangles.get(this.walk.data.nearest_miss?.face);
+    if (ends.length === 0 || !corners) return whole;
+    const distance = length(subtract(...ends));
+    const triangle = radiusOf(boxAround([...corners, ...ends]));
+    const radius = Math.max(distance * 2.5, Math.min(triangle * 1.4, distance * 14), 1e-12);
+    return radius < whole.radius ? { center: mixed(...ends, 0.5), radius } : whole;
   }
 
   /** The ends of the nearest miss. */
@@ -69,7 +80,7 @@ class Drawing {
     this.reserveButtons();
     this.drawScenery(1);
     brush.boxes([this.frame.rootBox], "ink", 1, { alpha: 0.6 });
-    this.drawPast(index);
+    this.drawPast(index, view.radius / this.camera.zoom);
     this.drawStep(step);
     if (this.engineBox) {
       brush.boxes([this.engineBox], "engine", 2.5, { dash: [10, 4, 2, 4] });
@@ -108,7 +119,7 @@ class Drawing {
   }
 
   /** Leaves already visited with their triangles, and the cells that wait on the stack. */
-  drawPast(index) {
+  drawPast(index, radius) {
     const { brush, walk } = this;
     const seen = walk.leavesUpTo(index);
     const leaves = seen.map((leaf) => this.boxes[walk.steps[leaf].cell]).filter(Boolean);
@@ -124,8 +135,9 @@ class Drawing {
     for (const { cell } of walk.stackAfter(index).reverse()) {
       const box = this.boxes[cell];
       if (!box) continue;
-      brush.hatchedSides(box, "stack", 0.16);
-      brush.boxes([box], "stack", 1.2, { dash: [6, 4] });
+      // A cell around the whole view would only cover it with lines.
+      if (radiusOf(box) < 2 * radius) brush.hatchedSides(box, "stack", 0.16);
+      brush.boxes([box], "stack", 1.2, { dash: [6, 4], alpha: 0.75 });
     }
   }
 

@@ -10,7 +10,7 @@ class Picture {
     this.element = element;
   }
 
-  draw(walk, index, selectedFace, triangleOf, frame) {
+  draw(walk, index, drawing) {
     const step = walk.steps[index];
     this.element.replaceChildren();
     this.width = this.element.clientWidth;
@@ -20,13 +20,15 @@ class Picture {
     this.element.setAttribute("viewBox", `0 0 ${this.width} ${this.height}`);
     this.hatches();
     this.walk = walk;
+    this.frame = drawing.frame;
+    this.triangleOf = (face) => drawing.triangles.get(face);
     this.right = this.width - 8;
     if (step.kind === "clip") this.slabs(step);
     else if (step.kind === "inner" && step.t_split === null) this.parallel(step);
     else if (step.kind === "inner") this.split(step);
-    else if (step.kind === "leaf") this.leaf(step, selectedFace, triangleOf, frame);
+    else if (step.kind === "leaf") this.leaf(step, drawing.selectedFace);
     else if (step.kind === "pop") this.pop(step, walk.after[index].best);
-    else this.end(index);
+    else this.end(index, drawing.missEnds());
   }
 
   add(name, attributes, text, parent = this.element) {
@@ -107,11 +109,8 @@ class Picture {
         class: `zone fill-${role}` };
       this.add("rect", attributes, undefined, zones);
     }
-    const fate = ["enter", "push", "not met"];
-    const zoneWords = (role) => `${role} side: ${fate[entered(role)]}`;
-    const top = y - band + 1.1 * this.em;
-    this.text(s - 10, top, zoneWords("near"), "side text-near", "end");
-    this.text(s + 10, top, zoneWords("far"), "side text-far", "start");
+    this.zoneWords(s, y - band + 1.1 * this.em,
+      ["near", "far"].map((role) => ["enter", "push", "not met"][entered(role)]));
     const thickness = Math.max(12, 0.9 * this.em);
     const bars = b - a < 8 ? [[a - 4, b + 4]] : [[a, b]];
     for (const [from, to] of bars) {
@@ -130,6 +129,18 @@ class Picture {
     this.mark(a, y, "t_near", format(step.t_near), isNarrow ? 2 : 0);
     this.mark(b, y, "t_far", format(step.t_far));
     this.mark(s, y, "t_split", format(step.t_split), 1, "text-plane");
+  }
+
+  /** What becomes of the near and the far side, on either side of the plane at x. */
+  zoneWords(x, y, [near, far]) {
+    const isWide = this.width > 34 * this.em;
+    const word = (role, fate) => (isWide ? `${role} side: ${fate}` : `${role}: ${fate}`);
+    const left = this.text(x - 10, y, word("near", near), "side text-near", "end");
+    const right = this.text(x + 10, y, word("far", far), "side text-far", "start");
+    // On a side that is too narrow a text is moved over the plane: then it goes one line lower.
+    const [a, b] = [left, right].map((text) => text.getBBox());
+    if (a.x + a.width > x) left.setAttribute("y", y + 1.1 * this.em);
+    if (b.x < x) right.setAttribute("y", y + 1.1 * this.em);
   }
 
   /** A ray that never crosses the plane, or lies in it. */
@@ -175,62 +186,66 @@ class Picture {
 
   /** The root's box as three slabs: the ray is in the box where it is in all of them. */
   slabs(step) {
-    const { origin, direction, t_min, t_max } = this.walk.data.ray;
-    const bounds = this.walk.cells[0]?.bounds;
+    const { ray, cells } = this.walk.data;
+    const bounds = cells[0]?.bounds;
     if (!isBox(bounds)) return;
-    const slabs = AXES.map((_, axis) => {
-      const ts = [0, 1].map((end) => (bounds[end][axis] - origin[axis]) / direction[axis]);
-      const isInside = bounds[0][axis] <= origin[axis] && origin[axis] <= bounds[1][axis];
-      if (direction[axis] === 0) return isInside ? [-Infinity, Infinity] : null;
-      return [Math.min(...ts), Math.max(...ts)];
-    });
-    const range = [t_min, t_max ?? Infinity];
-    const ends = [...slabs.filter(Boolean).flat(), ...range].filter(Number.isFinite);
-    const [low, high] = [Math.min(...ends), Math.max(...ends)];
-    const left = 4.2 * this.em;
-    const width = this.right - left - 12;
+    const parts = [...AXES.map((axis, k) => [`in ${axis}`, slabOf(ray, bounds, k)]),
+      ["ray’s t", [ray.t_min, ray.t_max ?? Infinity]]];
+    const met = parts.filter(([, part]) => part);
+    const entered = met.reduce((a, b) => (b[1][0] > a[1][0] ? b : a));
+    const first = met.reduce((a, b) => (b[1][1] < a[1][1] ? b : a));
+    const [enter, leave] = [entered[1][0], first[1][1]];
+    // Show what decides: where the last slab is entered and the first one left.
+    const span = Math.abs(leave - enter);
+    const isScaled = Number.isFinite(span) && span > 0;
+    const gutter = 4.6 * this.em;
+    const width = this.right - gutter;
     const place = (t) => {
-      if (t === -Infinity) return left;
-      if (t === Infinity) return this.right;
-      return left + 12 + (width - 12) * (high > low ? (t - low) / (high - low) : 0.5);
+      if (!isScaled) return gutter + width * (t < enter ? 0.1 : t > leave ? 0.9 : 0.5);
+      const share = 0.33 + 0.34 * (t - Math.min(enter, leave)) / span;
+      return gutter + width * Math.min(Math.max(share, 0), 1);
     };
     const row = Math.min(this.height / 6, 2.1 * this.em);
-    const rows = [["in x", slabs[0]], ["in y", slabs[1]], ["in z", slabs[2]],
-      ["ray’s t", range]];
     const bar = (y, [from, to], style) =>
       this.rectangle(place(from), y - row * 0.3, Math.max(place(to) - place(from), 4),
         row * 0.6, `bar ${style}`);
-    rows.forEach(([name, slab], index) => {
+    parts.forEach(([name, part], index) => {
       const y = row * (index + 0.75);
-      this.text(left - 8, y + 0.33 * this.em, name, "name", "end");
-      this.line(left, y, this.right, y, "axis beyond");
-      if (slab) bar(y, slab, index < 3 ? "slab" : "slab-ray");
-      else this.text(left + 10, y + 0.33 * this.em, "never", "value", "start");
+      this.text(gutter - 8, y + 0.33 * this.em, name, "name", "end");
+      this.line(gutter, y, this.right, y, "axis beyond");
+      if (part) bar(y, part, index < 3 ? "slab" : "slab-ray");
+      else this.text(gutter + 10, y - 0.2 * this.em, "never: it runs beside the slab", "side", "start");
     });
     const y = row * 4.75;
-    this.line(left, y, this.right, y, "axis");
-    this.text(left - 8, y + 0.33 * this.em, "in all", "name strong", "end");
+    this.line(gutter, y, this.right, y, "axis");
+    this.text(gutter - 8, y + 0.33 * this.em, "in all", "name strong", "end");
+    for (const t of [enter, leave]) {
+      if (Number.isFinite(t)) this.line(place(t), row * 0.3, place(t), y + 4, "guide");
+    }
+    const format = formatter([enter, leave]);
+    const middle = gutter + width / 2;
+    const below = y + 1.5 * this.em;
     if (!step.is_met) {
-      this.text((left + this.right) / 2, y - 5, "nowhere: the ray passes the box by", "side");
+      const words = met.length < 4 || enter <= leave ? "nowhere"
+        : `nowhere: it leaves “${first[0]}” at t = ${format(leave)}, `
+          + `before it enters “${entered[0]}” at t = ${format(enter)}`;
+      this.text(middle, below, words, "value");
       return;
     }
-    const format = formatter([step.t_near, step.t_far]);
     bar(y, [step.t_near, step.t_far ?? Infinity], "interval");
     const [a, b] = [place(step.t_near), place(step.t_far ?? Infinity)];
     const words = [`t_near = ${format(step.t_near)}`, `t_far = ${format(step.t_far)}`];
     if (b - a > 13 * this.em) {
-      this.text(a, y + 1.5 * this.em, words[0], "value");
-      this.text(b, y + 1.5 * this.em, words[1], "value");
+      this.text(a, below, words[0], "value");
+      this.text(b, below, words[1], "value");
     } else {
-      this.text((a + b) / 2, y + 1.5 * this.em, words.join(",  "), "value");
+      this.text(middle, below, words.join(",  "), "value");
     }
   }
 
   /** A leaf: where on the ray its triangles are met, and how they look along the ray. */
-  leaf(step, selectedFace, triangleOf, frame) {
-    const side = Math.min(this.height - 8, this.width * 0.36);
-    this.along(step, selectedFace, triangleOf, frame, side);
-    this.right = this.width - side - 24;
+  leaf(step, selectedFace) {
+    this.along(step.tests, selectedFace, step.t_near);
     const format = formatter([step.t_near, step.t_far]);
     const y = this.height * 0.52;
     const place = this.axis(y, step.t_near, step.t_far);
@@ -251,57 +266,59 @@ class Picture {
     if (met.length === 0) this.text((a + b) / 2, y - 1.4 * this.em, "nothing met", "side");
   }
 
-  /** The triangles as seen along the ray, which is the cross in the middle. */
-  along(step, selectedFace, triangleOf, frame, side) {
+  /** Triangles as seen along the ray, which is the cross in the middle; takes its place at the
+   * right. `t` is where on the ray they are, so that a far origin costs no digits. */
+  along(tests, selectedFace, t, nearest = null) {
+    const side = Math.min(this.height - 8, this.width * 0.36);
     const left = this.width - side - 2;
+    this.right = left - 16;
+    const view = viewAlong(this.frame, this.frame.at(t));
+    const selected = this.triangleOf(selectedFace);
+    const reach = [...(selected ?? []), ...(nearest ? [nearest] : [])].flatMap((p) => view(p));
+    const scale = side * 0.42 / (Math.max(...reach.map(Math.abs)) || 1);
+    const middle = [left + side / 2, 4 + side / 2];
+    const place = (p) => view(p).map((value, k) => middle[k] + value * scale);
     const clip = this.add("clipPath", { id: "window" });
     this.add("rect", { x: left, y: 4, width: side, height: side }, undefined, clip);
     this.rectangle(left, 4, side, side, "window");
-    const least = frame.direction.map(Math.abs);
-    const helper = [0, 0, 0];
-    helper[least.indexOf(Math.min(...least))] = 1;
-    const across = cross(frame.direction, helper);
-    const right = scaled(across, 1 / length(across));
-    const up = cross(right, frame.direction);
-    // Where the step begins, so that a far origin costs no digits.
-    const start = frame.at(step.t_near);
-    const flat = (p) => [dot(right, subtract(p, start)), -dot(up, subtract(p, start))];
-    const selected = triangleOf(selectedFace);
-    const extent = selected ? Math.max(...selected.flatMap((p) => flat(p).map(Math.abs))) : 1;
-    const scale = side * 0.42 / (extent || 1);
-    const middle = [left + side / 2, 4 + side / 2];
     const group = this.add("g", { "clip-path": "url(#window)" });
-    const place = (p) => flat(p).map((value, k) => middle[k] + value * scale);
-    const shape = (corners, classes) => this.add("polygon",
-      { points: corners.map((p) => place(p).join()).join(" "), class: classes }, undefined, group);
-    const others = step.tests.filter((test) => test.face !== selectedFace).slice(0, 200);
-    for (const test of others) {
-      const corners = triangleOf(test.face);
-      if (corners) shape(corners, `seen fill-${VERDICTS[test.verdict].color}`);
-    }
-    const test = step.tests.find((one) => one.face === selectedFace);
+    const shape = (face, classes) => {
+      const points = this.triangleOf(face)?.map((p) => place(p).join()).join(" ");
+      if (points) this.add("polygon", { points, class: classes }, undefined, group);
+    };
+    const color = (test) => `fill-${VERDICTS[test.verdict].color}`;
+    const others = tests.filter((test) => test.face !== selectedFace).slice(0, 200);
+    for (const test of others) shape(test.face, `seen ${color(test)}`);
+    const test = tests.find((one) => one.face === selectedFace);
     if (selected && test) {
-      shape(selected, `seen selected fill-${VERDICTS[test.verdict].color}`);
-      const center = place(scaled(selected.reduce(add), 1 / 3));
-      const inwards = (p, share) => p.map((value, k) => value + (center[k] - value) * share);
-      const label = ([x, y], text, classes) => this.add("text",
-        { x, y: y + 0.35 * this.em, class: classes, "text-anchor": "middle" }, text, group);
-      selected.forEach((corner, k) => {
-        const ends = [selected[(k + 1) % 3], selected[(k + 2) % 3]].map(place);
-        const name = ["b-c", "c-a", "a-b"][k];
-        if (test.edge === name) {
-          this.add("line", { x1: ends[0][0], y1: ends[0][1], x2: ends[1][0], y2: ends[1][1],
-            class: "crossed-edge" }, undefined, group);
-        }
-        const half = [0, 1].map((i) => (ends[0][i] + ends[1][i]) / 2);
-        label(inwards(half, 0.28), signText(test.edge_signs[k]), "sign");
-        label(inwards(place(corner), 0.16), "abc"[k], "corner");
-      });
+      shape(selectedFace, `seen selected ${color(test)}`);
+      this.nameParts(test, selected.map(place), group);
     }
     const [x, y] = middle;
+    if (nearest) {
+      const [x2, y2] = place(nearest);
+      this.line(x, y, x2, y2, "gap");
+    }
     this.line(x - 8, y, x + 8, y, "cross");
     this.line(x, y - 8, x, y + 8, "cross");
-    this.text(left + 5, side - 2, "seen along the ray", "small", "start");
+    this.add("text", { x: left + 5, y: side - 2, class: "small" }, "seen along the ray");
+  }
+
+  /** Corners and edge signs of a triangle, and the edge that the ray passes outside of. */
+  nameParts(test, corners, group) {
+    const center = [0, 1].map((k) => (corners[0][k] + corners[1][k] + corners[2][k]) / 3);
+    const inwards = (p, share) => p.map((value, k) => value + (center[k] - value) * share);
+    const label = ([x, y], text, classes) => this.add("text",
+      { x, y: y + 0.35 * this.em, class: classes, "text-anchor": "middle" }, text, group);
+    corners.forEach((corner, k) => {
+      const [[x1, y1], [x2, y2]] = [corners[(k + 1) % 3], corners[(k + 2) % 3]];
+      if (test.edge === EDGES[k]) {
+        this.add("line", { x1, y1, x2, y2, class: "crossed-edge" }, undefined, group);
+      }
+      const sign = signText(test.edge_signs?.[k]);
+      label(inwards([(x1 + x2) / 2, (y1 + y2) / 2], 0.28), sign, "sign");
+      label(inwards(corner, 0.16), "abc"[k], "corner");
+    });
   }
 
   /** A cell from the stack, against the closest hit so far. */
@@ -324,7 +341,11 @@ class Picture {
   }
 
   /** All leaves that were visited, along the ray, and the hit. */
-  end(index) {
+  end(index, [, nearest]) {
+    const miss = this.walk.data.nearest_miss;
+    if (miss && nearest) {
+      this.along([{ ...miss, verdict: "outside" }], miss.face, miss.t, nearest);
+    }
     const steps = this.walk.leavesUpTo(index).map((leaf) => this.walk.steps[leaf]);
     const clip = this.walk.steps.find((step) => step.kind === "clip");
     if (!clip?.is_met || clip.t_far === null) {
@@ -354,4 +375,28 @@ class Picture {
   }
 }
 
-const signText = (sign) => (sign > 0 ? "+" : sign < 0 ? "−" : "0");
+/** The edges opposite the corners a, b and c. */
+const EDGES = ["b-c", "c-a", "a-b"];
+
+const signText = (sign) => (sign > 0 ? "+" : sign < 0 ? "−" : sign === 0 ? "0" : "");
+
+/** Where a ray is within one axis' sides of a box; `null` if nowhere. */
+function slabOf({ origin, direction }, [low, high], axis) {
+  if (direction[axis] === 0) {
+    const isInside = low[axis] <= origin[axis] && origin[axis] <= high[axis];
+    return isInside ? [-Infinity, Infinity] : null;
+  }
+  const ts = [low, high].map((side) => (side[axis] - origin[axis]) / direction[axis]);
+  return [Math.min(...ts), Math.max(...ts)];
+}
+
+/** Looks along the ray: from positions to right and down, with `start` on the ray at zero. */
+function viewAlong({ direction }, start) {
+  const sizes = direction.map(Math.abs);
+  const helper = [0, 0, 0];
+  helper[sizes.indexOf(Math.min(...sizes))] = 1;
+  const across = cross(direction, helper);
+  const right = scaled(across, 1 / length(across));
+  const up = cross(right, direction);
+  return (p) => [dot(right, subtract(p, start)), -dot(up, subtract(p, start))];
+}

@@ -60,8 +60,7 @@ function tellState(step) {
 }
 
 function drawPicture() {
-  picture.draw(walk, current, drawing.selectedFace, (face) => drawing.triangles.get(face),
-    drawing.frame);
+  picture.draw(walk, current, drawing);
 }
 
 function selectFace(face) {
@@ -138,7 +137,7 @@ function pause() {
 }
 
 function tellPlaying() {
-  byId("play").textContent = playTimer ? "❚❚" : "▶▶";
+  byId("play").textContent = playTimer ? "pause" : "play";
   byId("play").setAttribute("aria-label", playTimer ? "Pause" : "Play");
   document.body.dataset.playing = Boolean(playTimer);
 }

@@ -77,7 +77,7 @@ class Words {
     const plain = (value) => (number) => (number === null ? value : String(number));
     const onRay = (name, t) => {
       if (t === undefined) return;
-      row(name, t === null ? make("td", "none", { class: "number" }) : numberCell(t, format));
+      row(name, t === null ? make("td", name === "t_split" ? "none: parallel" : "none", { class: "number" }) : numberCell(t, format));
     };
     if (step.kind !== "end") {
       row("node", numberCell(this.walk.cellOf(step), plain("")));
@@ -107,7 +107,7 @@ class Words {
 
   childCell(step, child, interval) {
     const role = child === step.near ? "near" : child === step.far ? "far" : "";
-    const text = `node ${child}${interval ? `, t in ${intervalText(interval)}` : ""}`;
+    const text = `node ${child}${interval ? ` ${intervalText(interval)}` : ""}`;
     return make("td", [make("b", role, { class: `role-${role}` }), ` ${text}`]);
   }
 
