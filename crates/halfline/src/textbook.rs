@@ -111,12 +111,15 @@ pub struct ObjectMedian;
 impl SplittingRule for ObjectMedian {
     fn splitting_planes<'a>(
         &'a self,
-        _cell: &'a Aabb,
+        cell: &'a Aabb,
         boxes: &'a [Aabb],
         by_turns: usize,
     ) -> Planes<'a> {
         let median = |axis: usize| {
-            let mut centers: Vec<f64> = boxes.iter().map(|b| b.center()[axis]).collect();
+            // The center of a large triangle may lie outside of the cell.
+            let (low, high) = (cell.min[axis], cell.max[axis]);
+            let center = |b: &Aabb| b.center()[axis].clamp(low, high);
+            let mut centers: Vec<f64> = boxes.iter().map(center).collect();
             let middle = centers.len() / 2;
             *centers.select_nth_unstable_by(middle, f64::total_cmp).1
         };
