@@ -52,7 +52,7 @@ pub enum Command {
     /// Cast the rays of a NumPy file at a mesh
     Query(query::Options),
     /// Tell why a ray hits what it hits, or nothing, step by step
-    Explain(explain::Options),
+    Explain(Box<explain::Options>),
     /// Build a mesh's kd-tree, as a file that takes the mesh's place
     Build(build::Options),
     /// Make a mesh to try things on

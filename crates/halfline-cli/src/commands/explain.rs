@@ -301,7 +301,7 @@ fn ray_within(bounds: &Aabb, axis: usize, at: Option<f64>) -> Ray {
     origin[up] = center[up] - 0.16 * extent[up];
     direction[across] = extent[across];
     direction[up] = 0.29 * extent[up];
-    if !check(&Ray::new(origin, direction)).is_ok() {
+    if check(&Ray::new(origin, direction)).is_err() {
         // A mesh without any extent there, or none at all.
         return Ray::new(vec3(0.0, 0.0, 0.0), vec3(1.0, 0.0, 0.0));
     }
