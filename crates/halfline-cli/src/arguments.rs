@@ -4,7 +4,7 @@ use clap::builder::Styles;
 use clap::builder::styling::AnsiColor;
 use clap::{Parser, Subcommand};
 
-use crate::commands::{build, doctor, generate, info, query, render};
+use crate::commands::{build, doctor, explain, generate, info, query, render};
 use crate::global_options::GlobalOptions;
 
 const EXAMPLES: &str = "\
@@ -13,6 +13,7 @@ Examples:
   halfline info scan.ply                         what the mesh and its tree are like
   halfline doctor scan.ply                       whether it is closed, and rays find no gap
   halfline query scan.ply rays.npy -o hits.npz   where a million rays hit
+  halfline explain scan.ply --pixel 640,360      why a ray hit or missed, step by step
   halfline build scan.ply -o scan.hlt            its tree, which all of these open at once
   halfline generate sphere -n 100000 -o s.ply    a mesh to try things on
 
@@ -50,6 +51,8 @@ pub enum Command {
     Doctor(doctor::Options),
     /// Cast the rays of a NumPy file at a mesh
     Query(query::Options),
+    /// Tell why a ray hits what it hits, or nothing, step by step
+    Explain(Box<explain::Options>),
     /// Build a mesh's kd-tree, as a file that takes the mesh's place
     Build(build::Options),
     /// Make a mesh to try things on

@@ -5,6 +5,7 @@
 //! Not meant to be built upon: the library is `halfline`.
 
 mod arguments;
+mod camera_options;
 mod commands;
 mod engine;
 mod failure;

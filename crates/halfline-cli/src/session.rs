@@ -39,6 +39,11 @@ impl Session {
         &self.progress
     }
 
+    /// True if figures are to be told as JSON.
+    pub fn wants_json(&self) -> bool {
+        self.json
+    }
+
     /// From here on progress is that of `stage`.
     pub fn begin(&self, stage: Stage) {
         self.progress.begin(stage, progress::name(stage));

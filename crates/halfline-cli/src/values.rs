@@ -1,6 +1,6 @@
 //! How values are written on the command line: vectors, colours, sizes, lights.
 
-use halfline::geometry::{Vec3, vec3};
+use halfline::geometry::{Ray, Vec3, vec3};
 use halfline_render::{Light, MAX_PIXELS};
 
 /// `X,Y,Z`
@@ -14,6 +14,30 @@ pub fn direction(text: &str) -> Result<Vec3, String> {
     match vector(text)? {
         Vec3::ZERO => Err("a direction cannot be zero".into()),
         direction => Ok(direction),
+    }
+}
+
+/// `OX,OY,OZ,DX,DY,DZ`, and if wanted the range of t.
+pub fn ray(text: &str) -> Result<Ray, String> {
+    const EXPECTED: &str = "expected OX,OY,OZ,DX,DY,DZ, and if wanted ,T_MIN,T_MAX";
+    let numbers: Result<Vec<f64>, _> = text.split(',').map(|n| n.trim().parse()).collect();
+    let ray = match numbers.map_err(|_| EXPECTED)?[..] {
+        [a, b, c, x, y, z] => Ray::new(vec3(a, b, c), vec3(x, y, z)),
+        [a, b, c, x, y, z, t_min, t_max] => {
+            Ray::with_range(vec3(a, b, c), vec3(x, y, z), t_min, t_max)
+        }
+        _ => return Err(EXPECTED.into()),
+    };
+    halfline::explain::check(&ray).map_err(|error| error.to_string())?;
+    Ok(ray)
+}
+
+/// `COLUMN,ROW` of a pixel.
+pub fn pixel(text: &str) -> Result<(u32, u32), String> {
+    let numbers: Vec<_> = text.split(',').map(|number| number.trim().parse()).collect();
+    match numbers[..] {
+        [Ok(column), Ok(row)] => Ok((column, row)),
+        _ => Err("expected COLUMN,ROW, counted from 0 at the top left".into()),
     }
 }
 

@@ -6,3 +6,5 @@
 
 pub mod explanation;
 pub mod study;
+
+mod number;

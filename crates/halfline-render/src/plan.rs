@@ -4,7 +4,7 @@ use std::ops::{Deref, Range};
 
 use halfline::Scene;
 use halfline::error::{Error, Result};
-use halfline::geometry::Vec3;
+use halfline::geometry::{Ray, Vec3};
 use halfline::mesh::Material;
 use halfline::progress::Observer;
 
@@ -91,6 +91,20 @@ impl<S: Deref<Target = Scene>> Plan<S> {
     /// What the picture is to be like.
     pub fn settings(&self) -> &RenderSettings {
         &self.settings
+    }
+
+    /// The ray from the eye through the middle of a pixel, counted from 0 at the picture's left and top.
+    ///
+    /// # Errors
+    /// [`Error::Invalid`] for a pixel outside of the picture.
+    pub fn pixel_ray(&self, column: u32, row: u32) -> Result<Ray> {
+        let (width, height) = (self.settings.width, self.settings.height);
+        if column >= width || row >= height {
+            let reason =
+                format!("{column},{row} is outside of the picture of {width} x {height} pixels");
+            return Err(Error::invalid("pixel", reason));
+        }
+        Ok(self.prepared.camera.ray(f64::from(column) + 0.5, f64::from(row) + 0.5))
     }
 
     /// Traces `rows`, counted from the top, on all threads, reporting

@@ -49,6 +49,7 @@
 pub mod brute_force;
 pub mod build;
 pub mod error;
+pub mod explain;
 pub mod geometry;
 pub mod io;
 pub mod leaks;

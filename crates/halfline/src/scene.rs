@@ -19,7 +19,7 @@ pub use crate::traverse::PlainCaster;
 pub use crate::traverse::columns::{
     AllHitColumns, Column, HitColumns, Numbers, RayColumns, Vectors,
 };
-pub use crate::traverse::{AllHits, BatchRay, Caster, LeafVerdict, RayCounters, WorkCounts};
+pub use crate::traverse::{AllHits, BatchRay, Caster, LeafVerdict, RayCounters, Visit, WorkCounts};
 use crate::tree::file as tree_file;
 use crate::tree::{KdTree, LeafBlock, TreeFile, TreeStatistics, Verify};
 
@@ -316,6 +316,12 @@ impl Scene {
     /// instruction set: what is decided exactly does.
     pub fn count_work(&self, rays: &[SingleRay], is_any: bool) -> WorkCounts {
         traverse::count_work(self.target(), rays, is_any)
+    }
+
+    /// [`Scene::closest`] as batches find it, and every node and leaf that the ray comes to, in order: as
+    /// many as [`Scene::count_work`] counts. [`Scene::explain`] makes more of it.
+    pub fn watch(&self, ray: &Ray) -> (Hit, Vec<Visit>) {
+        traverse::watch(self.target(), ray)
     }
 
     /// All hits of each ray, in parallel, sorted by t and then by face: as [`Scene::all`].

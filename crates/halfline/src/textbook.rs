@@ -111,12 +111,15 @@ pub struct ObjectMedian;
 impl SplittingRule for ObjectMedian {
     fn splitting_planes<'a>(
         &'a self,
-        _cell: &'a Aabb,
+        cell: &'a Aabb,
         boxes: &'a [Aabb],
         by_turns: usize,
     ) -> Planes<'a> {
         let median = |axis: usize| {
-            let mut centers: Vec<f64> = boxes.iter().map(|b| b.center()[axis]).collect();
+            // The center of a large triangle may lie outside of the cell.
+            let (low, high) = (cell.min[axis], cell.max[axis]);
+            let center = |b: &Aabb| b.center()[axis].clamp(low, high);
+            let mut centers: Vec<f64> = boxes.iter().map(center).collect();
             let middle = centers.len() / 2;
             *centers.select_nth_unstable_by(middle, f64::total_cmp).1
         };
@@ -142,19 +145,41 @@ impl SurfaceArea {
         };
         let starts = sorted(boxes.iter().map(|b| b.min[axis].max(low)).collect());
         let ends = sorted(boxes.iter().map(|b| b.max[axis].min(high)).collect());
-        starts
-            .iter()
-            .chain(&ends)
-            .filter(|&&plane| low < plane && plane < high)
-            .map(|&plane| {
-                let below = starts.partition_point(|&start| start <= plane);
-                let above = ends.len() - ends.partition_point(|&end| end < plane);
+        let mut cheapest: Option<(f64, f64)> = None;
+        for planes in [&starts, &ends] {
+            // How many boxes start at or before the plane, and how many end before it.
+            let (mut started, mut ended) = (0, 0);
+            for &plane in planes.iter().filter(|&&plane| low < plane && plane < high) {
+                started += starts[started..].iter().take_while(|&&start| start <= plane).count();
+                ended += ends[ended..].iter().take_while(|&&end| end < plane).count();
+                let (below, above) = (started as f64, (ends.len() - ended) as f64);
                 let [left, right] = halves(cell, axis, plane);
-                let tests =
-                    left.surface_area() * below as f64 + right.surface_area() * above as f64;
-                (self.traversal_cost + tests / cell.surface_area(), plane)
-            })
-            .min_by(|a, b| a.0.total_cmp(&b.0))
+                let tests = left.surface_area() * below + right.surface_area() * above;
+                let cost = self.traversal_cost + tests / cell.surface_area();
+                if cheapest.is_none_or(|(least, _)| cost < least) {
+                    cheapest = Some((cost, plane));
+                }
+            }
+        }
+        cheapest
+    }
+
+    /// The cheapest plane on each of the axes, the cheapest of all first; only those that are cheaper
+    /// than to leave the cell whole.
+    pub fn planes_on(
+        &self,
+        axes: impl Iterator<Item = usize>,
+        cell: &Aabb,
+        boxes: &[Aabb],
+    ) -> Planes<'static> {
+        let cost_of_leaf = boxes.len() as f64;
+        let plane_on = |axis| {
+            let (cost, plane) = self.cheapest_plane(cell, boxes, axis)?;
+            (cost < cost_of_leaf).then_some((cost, axis, plane))
+        };
+        let mut planes: Vec<_> = axes.filter_map(plane_on).collect();
+        planes.sort_by(|a, b| a.0.total_cmp(&b.0));
+        Box::new(planes.into_iter().map(|(_, axis, plane)| (axis, plane)))
     }
 }
 
@@ -165,14 +190,7 @@ impl SplittingRule for SurfaceArea {
         boxes: &'a [Aabb],
         by_turns: usize,
     ) -> Planes<'a> {
-        let cost_of_leaf = boxes.len() as f64;
-        let plane_on = |axis| {
-            let (cost, plane) = self.cheapest_plane(cell, boxes, axis)?;
-            (cost < cost_of_leaf).then_some((cost, axis, plane))
-        };
-        let mut planes: Vec<_> = axes_from(by_turns).filter_map(plane_on).collect();
-        planes.sort_by(|a, b| a.0.total_cmp(&b.0));
-        Box::new(planes.into_iter().map(|(_, axis, plane)| (axis, plane)))
+        self.planes_on(axes_from(by_turns), cell, boxes)
     }
 }
 

@@ -2,6 +2,7 @@
 
 pub mod build;
 pub mod doctor;
+pub mod explain;
 pub mod generate;
 pub mod info;
 pub mod query;

@@ -368,18 +368,27 @@ impl PreparedRay {
     /// The rest of [`PreparedRay::meet_line`], where signs are open.
     #[cold]
     fn meet_closely(&self, corners: [Vec3; 3], edges: [Bounded; 3]) -> Option<Meeting> {
-        if !corners.into_iter().all(Vec3::is_finite) {
-            return None;
-        }
-        let mut signs = [0i8; 3];
-        for i in 0..3 {
-            let (p, q) = (corners[(i + 1) % 3], corners[(i + 2) % 3]);
-            signs[i] = edges[i]
-                .certain_sign()
-                .unwrap_or_else(|| exact_edge_sign(self.origin, self.exact_direction(), p, q));
-        }
+        let signs = self.exact_signs(&corners, &edges)?;
         let is_met = signs.contains(&1) != signs.contains(&-1);
         is_met.then_some(Meeting { corners, edges, signs })
+    }
+
+    /// The signs of edge functions; `None` for corners that are not finite.
+    fn exact_signs(&self, corners: &[Vec3; 3], edges: &[Bounded; 3]) -> Option<[i8; 3]> {
+        corners.iter().all(|corner| corner.is_finite()).then(|| {
+            std::array::from_fn(|i| {
+                let (p, q) = (corners[(i + 1) % 3], corners[(i + 2) % 3]);
+                let exactly = || exact_edge_sign(self.origin, self.exact_direction(), p, q);
+                edges[i].certain_sign().unwrap_or_else(exactly)
+            })
+        })
+    }
+
+    /// On which side of each edge the line passes, exactly: -1, 0 or 1 for the edges b-c, c-a and a-b.
+    /// The line meets the triangle if no two of them are opposite, and not all are 0. `None` for
+    /// corners that are not finite.
+    pub fn edge_signs(&self, corners: &[Vec3; 3]) -> Option<[i8; 3]> {
+        self.exact_signs(corners, &self.edges_of(corners))
     }
 }
 

@@ -20,6 +20,7 @@ mod ray_group;
 mod second_look;
 mod slab;
 mod walk;
+mod watched;
 mod wide_ray;
 
 pub use batch::{
@@ -31,3 +32,4 @@ pub use leaf_kernel::{LeafVerdict, leaf_verdict};
 #[cfg(feature = "variants")]
 pub use plain::PlainCaster;
 pub use walk::RayCounters;
+pub use watched::{Visit, watch};

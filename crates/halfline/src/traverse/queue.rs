@@ -227,6 +227,12 @@ impl<B: Batch> Job for Cast<'_, B> {
             self.work.add_nodes(inner.count_ones());
             self.work.add_leaves(leaves.count_ones());
             patience.take_turn(&rays, inner | leaves);
+            if B::IS_WATCHED {
+                let mut rest = inner | leaves;
+                while let Some(slot) = next_slot(&mut rest) {
+                    self.batch.watch(Word(words[slot]), &rays[slot]);
+                }
+            }
 
             // Let every ray at a node take a step.
             let mut rest = inner;

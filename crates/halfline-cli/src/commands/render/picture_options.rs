@@ -1,13 +1,12 @@
 //! What may be said about a picture, and the settings that it means.
 
 use clap::{Args, ValueEnum};
-use halfline::geometry::Vec3;
 use halfline::mesh::{Material, linear_from_srgb};
 use halfline_render::{
-    Background, CameraSettings, Ground, GroundSurface, Light, MAX_DEPTH, MAX_SAMPLES, Projection,
-    RenderSettings, Shading, Up,
+    Background, Ground, GroundSurface, Light, MAX_DEPTH, MAX_SAMPLES, RenderSettings, Shading,
 };
 
+use crate::camera_options::CameraOptions;
 use crate::values;
 
 /// All that makes [`RenderSettings`].
@@ -41,48 +40,6 @@ pub struct PictureOptions {
 
     #[command(flatten)]
     light: LightOptions,
-}
-
-#[derive(Debug, Args)]
-#[command(next_help_heading = "Camera (by itself it shows the whole model)")]
-struct CameraOptions {
-    /// Which axis points up: +X, -X, +Y, -Y, +Z or -Z
-    #[arg(long, value_name = "AXIS", default_value = "+Y", allow_hyphen_values = true)]
-    #[arg(value_parser = up)]
-    up: Up,
-
-    /// Where the camera is
-    #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true, value_parser = values::vector)]
-    camera_position: Option<Vec3>,
-
-    /// What it looks at
-    #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true, value_parser = values::vector)]
-    camera_focal_point: Option<Vec3>,
-
-    /// The direction that is up in the picture
-    #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true)]
-    #[arg(value_parser = values::direction)]
-    camera_view_up: Option<Vec3>,
-
-    /// Angle between the picture's top and bottom edges, in degrees
-    #[arg(long, value_name = "DEGREES", default_value = "30", allow_hyphen_values = true)]
-    #[arg(value_parser = values::within(0.0, 180.0, false))]
-    camera_view_angle: f64,
-
-    /// How far to go round the model to the right of its front, in degrees
-    #[arg(long, value_name = "DEGREES", default_value = "30", allow_hyphen_values = true)]
-    #[arg(value_parser = values::finite, conflicts_with = "camera_position")]
-    camera_azimuth_angle: f64,
-
-    /// How far to rise above the model's middle, in degrees
-    #[arg(long, value_name = "DEGREES", default_value = "18", allow_hyphen_values = true)]
-    #[arg(value_parser = values::within(-90.0, 90.0, false), conflicts_with = "camera_position")]
-    camera_elevation_angle: f64,
-
-    /// Parallel lines stay parallel; the picture is HEIGHT units of the model high
-    #[arg(long, value_name = "HEIGHT", num_args = 0..=1, require_equals = true)]
-    #[arg(value_parser = values::within(0.0, f64::INFINITY, false))]
-    camera_orthographic: Option<Option<f64>>,
 }
 
 #[derive(Debug, Args)]
@@ -227,10 +184,6 @@ impl From<MaterialName> for Material {
     }
 }
 
-fn up(text: &str) -> Result<Up, String> {
-    text.parse().map_err(|_| "expected +X, -X, +Y, -Y, +Z or -Z".into())
-}
-
 fn ground_surface(text: &str) -> Result<GroundSurface, String> {
     match text {
         "shadow" => Ok(GroundSurface::Shadow),
@@ -271,34 +224,14 @@ impl PictureOptions {
     /// The settings of the picture; the reason if options that are right by themselves make no sense
     /// together.
     pub fn settings(&self) -> Result<RenderSettings, String> {
-        let camera = &self.camera;
-        if camera.camera_position.is_some() && camera.camera_position == camera.camera_focal_point {
-            return Err("--camera-position and --camera-focal-point are the same point".into());
-        }
-        Ok(self.unchecked_settings())
-    }
-
-    fn unchecked_settings(&self) -> RenderSettings {
-        let (camera, surroundings) = (&self.camera, &self.surroundings);
-        RenderSettings {
+        let camera = self.camera.settings()?;
+        let surroundings = &self.surroundings;
+        Ok(RenderSettings {
             width: self.resolution.0,
             height: self.resolution.1,
             samples: self.samples,
             seed: self.seed,
-            camera: CameraSettings {
-                projection: match camera.camera_orthographic {
-                    Some(height) => Projection::Orthographic { height },
-                    None => Projection::Perspective,
-                },
-                view_angle: camera.camera_view_angle,
-                up: camera.up,
-                position: camera.camera_position,
-                focal_point: camera.camera_focal_point,
-                view_up: camera.camera_view_up,
-                azimuth: camera.camera_azimuth_angle,
-                elevation: camera.camera_elevation_angle,
-                ..CameraSettings::default()
-            },
+            camera,
             shading: self.shading.into(),
             material: self.material.material(),
             smooth_angle: self.material.smooth_angle,
@@ -316,6 +249,6 @@ impl PictureOptions {
             max_depth: self.light.max_depth,
             occlusion_reach: self.light.occlusion_reach,
             occlusion_rays: self.light.occlusion_rays,
-        }
+        })
     }
 }

@@ -114,6 +114,10 @@ mod tests {
         assert!(page.contains("default-src 'none'"));
         let addresses: Vec<&str> = page.split("http").skip(1).collect();
         // The one address is a name: that of SVG.
-        assert!(addresses.iter().all(|a| a.starts_with("://www.w3.org/2000/svg\"") || a.starts_with("-equiv")));
+        assert!(
+            addresses
+                .iter()
+                .all(|a| a.starts_with("://www.w3.org/2000/svg\"") || a.starts_with("-equiv"))
+        );
     }
 }

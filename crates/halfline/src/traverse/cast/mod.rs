@@ -18,7 +18,7 @@ use crate::geometry::{Hit, NO_FACE, Ray, Vec3};
 use crate::mesh::Mesh;
 use crate::numeric::PreparedRay;
 use crate::simd::{LANES, Simd};
-use crate::tree::{KdTree, LeafBlock};
+use crate::tree::{KdTree, LeafBlock, Word};
 
 pub use decide::{Asked, Second};
 pub use pairs::{LookAgain, Pairs, Parameters};
@@ -66,6 +66,12 @@ pub trait Batch {
 
     /// Takes how many faces a ray crosses, where no more is asked of those that touch none.
     fn finish_count(&mut self, _number: usize, _contacts: &mut AllContacts) {}
+
+    /// True if the batch wants to hear of every step.
+    const IS_WATCHED: bool = false;
+
+    /// Hears that a ray comes to a node or leaf, and where it stops to matter.
+    fn watch(&self, _word: Word, _ray: &RayState) {}
 
     /// Takes the answer of a walk that met some triangle's line.
     fn finish(&mut self, number: usize, ray: &PreparedRay, query: &mut Self::Query);

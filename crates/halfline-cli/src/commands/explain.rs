@@ -1,0 +1,320 @@
+//! `halfline explain`: why a ray hits what it hits, or nothing.
+
+use std::io::Write;
+use std::path::{Path, PathBuf};
+
+use clap::{Args, ValueEnum};
+use halfline::explain::{Cells, Explanation, Rule, Slice, SlicePlane, Step, Walk, check};
+use halfline::geometry::{Ray, vec3};
+use halfline::progress::Stage;
+use halfline::textbook::Termination;
+use halfline::{Aabb, Mesh, Scene};
+use halfline_lecture::explanation::{SLICE_SIZE, SliceOptions, Told, draw_slice};
+use halfline_render::{Plan, RenderSettings};
+use serde_json::{Value, json};
+
+use crate::camera_options::CameraOptions;
+use crate::failure::Failure;
+use crate::session::{Figures, Session};
+use crate::source::Source;
+use crate::table::Table;
+use crate::tree_options::TreeOptions;
+use crate::{output, units, values};
+
+const EXAMPLES: &str = "\
+A ray's walk through the lecture's kd-tree, step by step: each cell and which case of the traversal it
+is, each triangle and why it is hit or missed, and what the engine did for the same answer. For a ray
+that hits nothing, which triangle it passes closest, and by how much. docs/explain.md tells more.
+
+Examples:
+  halfline explain scan.ply --ray 0,0,5,0,0,-1           as text
+  halfline explain scan.ply --pixel 640,360 --up +Z      the ray of a pixel that render draws
+  halfline explain scan.ply --pixel 640,360 -o walk.html a page to step through
+  halfline explain scan.ply --pixel 640,360 --json | jq .nearest_miss
+  halfline explain scan.ply --plane xz > cells.svg       the tree's cells, cut by a plane";
+
+/// The options of `halfline explain`.
+#[derive(Debug, Args)]
+#[command(after_help = EXAMPLES)]
+pub struct Options {
+    /// The mesh that the ray is cast at
+    #[arg(value_name = "MESH")]
+    mesh: PathBuf,
+
+    /// The ray: origin, direction of any length, and if wanted the smallest and largest t
+    #[arg(long, value_name = "OX,OY,OZ,DX,DY,DZ[,T0,T1]", allow_hyphen_values = true)]
+    #[arg(value_parser = values::ray, conflicts_with = "pixel")]
+    #[arg(required_unless_present_any = ["pixel", "plane"])]
+    ray: Option<Ray>,
+
+    /// The ray through the middle of a pixel of the camera below, from 0,0 at the top left
+    #[arg(long, value_name = "COLUMN,ROW", value_parser = values::pixel)]
+    pixel: Option<(u32, u32)>,
+
+    /// Draw the tree's cells where a plane cuts them, as SVG, and the ray, if any
+    #[arg(long, value_enum, value_name = "AXES")]
+    plane: Option<PlaneName>,
+
+    /// Where the plane lies along the third axis [default: through the ray or the middle]
+    #[arg(long, value_name = "C", allow_hyphen_values = true, value_parser = values::finite)]
+    #[arg(requires = "plane")]
+    at: Option<f64>,
+
+    /// Where the lecture's tree splits cells
+    #[arg(long, value_enum, value_name = "NAME", default_value_t = RuleName::Sah)]
+    rule: RuleName,
+
+    /// Where the explanation goes: .html, .json or .txt; with --plane .svg [default: printed]
+    #[arg(short, long, value_name = "FILE")]
+    #[arg(value_parser = output::path_with_extension(&["html", "json", "txt", "svg"]))]
+    output: Option<PathBuf>,
+
+    #[command(flatten)]
+    tree: TreeOptions,
+
+    /// Size of the picture of which --pixel is one
+    #[arg(long, value_name = "W,H", default_value = "1280,720", value_parser = values::resolution)]
+    #[arg(help_heading = "Camera (by itself it shows the whole model)")]
+    resolution: (u32, u32),
+
+    #[command(flatten)]
+    camera: CameraOptions,
+}
+
+#[derive(Clone, Copy, Debug, ValueEnum)]
+enum RuleName {
+    /// Where the surface-area heuristic expects the least cost
+    Sah,
+    /// In the middle of the cell
+    Middle,
+    /// So that each side gets half of the triangles
+    Median,
+}
+
+impl From<RuleName> for Rule {
+    fn from(name: RuleName) -> Rule {
+        match name {
+            RuleName::Sah => Rule::SurfaceArea,
+            RuleName::Middle => Rule::Middle,
+            RuleName::Median => Rule::Median,
+        }
+    }
+}
+
+#[derive(Clone, Copy, Debug, ValueEnum)]
+enum PlaneName {
+    /// Seen along z
+    Xy,
+    /// Seen along y
+    Xz,
+    /// Seen along x
+    Yz,
+}
+
+impl PlaneName {
+    /// The axis along which it is seen.
+    fn axis(self) -> usize {
+        match self {
+            PlaneName::Xy => 2,
+            PlaneName::Xz => 1,
+            PlaneName::Yz => 0,
+        }
+    }
+}
+
+/// Explains.
+pub fn run(options: &Options, session: Session) -> Result<(), Failure> {
+    check_output(options, &session)?;
+    let source = Source::open(&options.mesh, &options.tree, &session)?;
+    match options.plane {
+        Some(plane) => cut(options, plane.axis(), &source, session),
+        None => tell(options, &source, session),
+    }
+}
+
+/// Refuses what cannot be written before any work is done.
+fn check_output(options: &Options, session: &Session) -> Result<(), Failure> {
+    let usage = |reason: &str| Err(Failure::Usage(reason.into()));
+    let is_svg = |path: &PathBuf| output::extension(path).is_some_and(|e| e == "svg");
+    let Some(path) = &options.output else {
+        return match options.plane.is_some() && session.wants_json() {
+            true => usage("--json with --plane needs --output: both would be printed"),
+            false => Ok(()),
+        };
+    };
+    match (options.plane.is_some(), is_svg(path)) {
+        (true, false) => return usage("with --plane the output's name must end in .svg"),
+        (false, true) => return usage("an .svg shows a plane: say which by --plane"),
+        _ => {}
+    }
+    output::check(path, &[&options.mesh])
+}
+
+/// The ray that was asked about.
+fn ray_of(options: &Options, scene: &Scene) -> Result<Option<Ray>, Failure> {
+    let Some((column, row)) = options.pixel else { return Ok(options.ray) };
+    let settings = RenderSettings {
+        width: options.resolution.0,
+        height: options.resolution.1,
+        camera: options.camera.settings().map_err(Failure::Usage)?,
+        ..RenderSettings::default()
+    };
+    Ok(Some(Plan::new(scene, &settings)?.pixel_ray(column, row)?))
+}
+
+/// What people know the mesh by.
+fn name_of(mesh: &Path) -> String {
+    mesh.file_name().unwrap_or(mesh.as_os_str()).to_string_lossy().into_owned()
+}
+
+/// The walk of one ray.
+fn tell(options: &Options, source: &Source, session: Session) -> Result<(), Failure> {
+    let scene = &source.scene;
+    let Some(ray) = ray_of(options, scene)? else { unreachable!("one of both is required") };
+    let (explanation, _) = session.timed_as(Stage::Trace, "explaining", |observer| {
+        scene.explain(&ray, options.rule.into(), observer)
+    })?;
+    let name = name_of(&options.mesh);
+    let told = Told { name: &name, mesh: scene.mesh(), explanation: &explanation };
+    if let Some(path) = &options.output {
+        let content = scene.guarded(|| {
+            Ok(match output::extension(path).as_deref() {
+                Some("html") => told.to_page(),
+                Some("json") => format!("{:#}\n", told.to_json()),
+                _ => told.to_text(),
+            })
+        })?;
+        write(path, &content, &session)?;
+    }
+    let figures = match session.wants_json() {
+        true => scene.guarded(|| Ok(told.to_json()))?,
+        false => Value::Null,
+    };
+    let Value::Object(figures) = figures else {
+        return match &options.output {
+            None => session.tell(Figures::new(), || told.to_text(), true),
+            Some(path) => session.tell(Figures::new(), || summary(path, &explanation), false),
+        };
+    };
+    session.tell(figures, String::new, true)
+}
+
+fn write(path: &Path, content: &str, session: &Session) -> Result<(), Failure> {
+    session.timed(Stage::Write, |observer| {
+        output::write(path, observer, |file| {
+            file.write_all(content.as_bytes())?;
+            Ok(())
+        })
+    })?;
+    Ok(())
+}
+
+/// What is in a file that was written.
+fn summary(path: &Path, explanation: &Explanation) -> String {
+    let mut table = Table::new(path.display());
+    let hit = &explanation.hit;
+    match hit.is_hit() {
+        true => table.row("hit", format!("face {}", hit.face), format!("at t = {}", hit.t)),
+        false => table.row("hit", "none", ""),
+    };
+    let (textbook, engine) = (explanation.walk.visits, explanation.engine.visits);
+    for (name, visits) in [("textbook", textbook), ("engine", engine)] {
+        let note = format!(
+            "nodes, {} of them leaves, {} triangles",
+            units::count(visits.leaves),
+            units::count(visits.triangles)
+        );
+        table.row(name, units::count(visits.nodes), note);
+    }
+    table.print()
+}
+
+/// The cells where a plane cuts them.
+fn cut(options: &Options, axis: usize, source: &Source, session: Session) -> Result<(), Failure> {
+    let scene = &source.scene;
+    let asked = ray_of(options, scene)?;
+    let rule = options.rule.into();
+    let name = name_of(&options.mesh);
+    let drawing = session.timed_as(Stage::Trace, "cutting", |observer| {
+        scene.guarded(|| {
+            let mesh = scene.mesh();
+            let termination = Termination::automatic(mesh.triangle_count());
+            let mut cells = Cells::new(mesh, rule, termination, observer)?;
+            let bounds = cells.get(0).bounds;
+            let ray = asked.unwrap_or_else(|| ray_within(&bounds, axis, options.at));
+            let walk = Walk::through(&mut cells, &ray, &check(&ray)?)?;
+            let coordinate = options.at.unwrap_or_else(|| place_of(&walk, &ray, &bounds, axis));
+            let plane = SlicePlane { axis, coordinate };
+            let longest = plane.axes().map(|axis| bounds.extent()[axis]);
+            let pixel = longest[0].max(longest[1]) / SLICE_SIZE;
+            let slice = Slice::through(&mut cells, plane, SMALLEST * pixel, usize::MAX)?;
+            let options =
+                SliceOptions { name: &name, rule: Rule::name(rule), ray: &ray, walk: &walk };
+            Ok((draw_slice(&slice, &options), figures_of(mesh, &slice, &walk)))
+        })
+    });
+    let ((svg, mut figures), _) = drawing?;
+    let Some(path) = &options.output else {
+        return session.tell(Figures::new(), || svg, true);
+    };
+    write(path, &svg, &session)?;
+    figures.insert("output".into(), json!(path.to_string_lossy()));
+    let count = |name: &str| units::count(figures[name].as_u64().unwrap_or(0));
+    let text = [count("cells"), count("deepest")];
+    session.tell(
+        figures,
+        || {
+            let [cells, deepest] = text;
+            let mut table = Table::new(path.display());
+            table.row("cells", cells, format!("up to {deepest} levels deep"));
+            table.print()
+        },
+        false,
+    )
+}
+
+/// Cells whose sides are shorter than so many pixels are not divided further.
+const SMALLEST: f64 = 1.5;
+
+fn figures_of(mesh: &Mesh, slice: &Slice, walk: &Walk) -> Figures {
+    let deepest = slice.cells.iter().map(|cell| cell.depth).max();
+    let mut figures = Figures::new();
+    let mut tell = |name: &str, value| figures.insert(name.into(), value);
+    tell("triangles", json!(mesh.triangle_count()));
+    tell("axis", json!(["x", "y", "z"][slice.plane.axis]));
+    tell("at", json!(slice.plane.coordinate));
+    tell("cells", json!(slice.cells.len()));
+    tell("deepest", json!(deepest));
+    tell("segments", json!(slice.segments.len()));
+    tell("nodes_visited", json!(walk.visits.nodes));
+    figures
+}
+
+/// A ray to show, where none is asked about: across the picture, rising a little.
+fn ray_within(bounds: &Aabb, axis: usize, at: Option<f64>) -> Ray {
+    let [across, up] = SlicePlane { axis, coordinate: 0.0 }.axes();
+    let (center, extent) = (bounds.center(), bounds.extent());
+    let mut origin = center;
+    let mut direction = vec3(0.0, 0.0, 0.0);
+    origin[axis] = at.unwrap_or(center[axis]);
+    origin[across] = center[across] - 0.52 * extent[across];
+    origin[up] = center[up] - 0.16 * extent[up];
+    direction[across] = extent[across];
+    direction[up] = 0.29 * extent[up];
+    if check(&Ray::new(origin, direction)).is_err() {
+        // A mesh without any extent there, or none at all.
+        return Ray::new(vec3(0.0, 0.0, 0.0), vec3(1.0, 0.0, 0.0));
+    }
+    Ray::new(origin, direction)
+}
+
+/// Where the plane lies unless it is said: at the hit, else in the middle of the ray's way through the box,
+/// else in the middle of the box.
+fn place_of(walk: &Walk, ray: &Ray, bounds: &Aabb, axis: usize) -> f64 {
+    let t = match walk.steps.first() {
+        _ if walk.hit.is_hit() => walk.hit.t,
+        Some(Step::Clip { within: Some([near, far]) }) => (near + far) / 2.0,
+        _ => return bounds.center()[axis],
+    };
+    ray.at(t)[axis].clamp(bounds.min[axis], bounds.max[axis])
+}

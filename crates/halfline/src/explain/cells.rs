@@ -1,0 +1,146 @@
+//! The textbook's cells, split only where somebody comes: a tree over millions of triangles would take
+//! minutes, and one ray sees a few dozen cells of it. They are those of
+//! [`KdTree::init_kd_tree`](crate::textbook::KdTree::init_kd_tree), to the bit.
+
+use super::rule::{Interruptible, Rule};
+use crate::error::Result;
+use crate::geometry::Aabb;
+use crate::mesh::Mesh;
+use crate::progress::Observer;
+use crate::textbook::{
+    Split, Termination, boxes_of, finite_triangles, next_axis, split_cell, terminate_construction,
+};
+
+/// Which side of its parent's plane a cell is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Side {
+    /// The side of the lower coordinates.
+    Below,
+    /// The other.
+    Above,
+}
+
+/// A cell of space.
+#[derive(Clone, Debug)]
+pub struct Cell {
+    /// The cell of which it is a part; `None` for the root.
+    pub parent: Option<(usize, Side)>,
+    /// Levels below the root.
+    pub depth: usize,
+    /// Its box.
+    pub bounds: Aabb,
+    /// How many triangles reach into it.
+    pub triangle_count: usize,
+    /// What is known of it.
+    pub content: Content,
+    /// The axis on which it is split if the rule goes by turns.
+    by_turns: usize,
+}
+
+/// What is known of a cell.
+#[derive(Clone, Debug)]
+pub enum Content {
+    /// Nobody came here, so it was not split.
+    Unknown {
+        /// The triangles that reach into it.
+        triangles: Vec<u32>,
+    },
+    /// It is not split.
+    Leaf {
+        /// The triangles that reach into it.
+        triangles: Vec<u32>,
+    },
+    /// It is split in two.
+    Inner {
+        /// 0, 1 or 2 for x, y or z.
+        axis: usize,
+        /// Where the plane cuts that axis.
+        plane: f64,
+        /// The numbers of the cells below and above the plane.
+        children: [usize; 2],
+    },
+}
+
+/// The cells that were needed so far, by number; the root is cell 0.
+pub struct Cells<'a> {
+    /// The mesh.
+    pub mesh: &'a Mesh,
+    /// When no cell is split any more.
+    pub termination: Termination,
+    rule: Interruptible<'a>,
+    observer: &'a dyn Observer,
+    boxes: Vec<Aabb>,
+    cells: Vec<Cell>,
+}
+
+impl<'a> Cells<'a> {
+    /// The root alone.
+    pub fn new(
+        mesh: &'a Mesh,
+        rule: Rule,
+        termination: Termination,
+        observer: &'a dyn Observer,
+    ) -> Result<Cells<'a>> {
+        observer.check()?;
+        let (boxes, triangles) = (boxes_of(mesh), finite_triangles(mesh));
+        let bounds = triangles.iter().fold(Aabb::EMPTY, |all, &t| all.union(&boxes[t as usize]));
+        let root = Cell {
+            parent: None,
+            depth: 0,
+            bounds,
+            triangle_count: triangles.len(),
+            content: Content::Unknown { triangles },
+            by_turns: 0,
+        };
+        let rule = Interruptible::new(rule, observer);
+        Ok(Cells { mesh, termination, rule, observer, boxes, cells: vec![root] })
+    }
+
+    /// A cell as far as it is known.
+    pub fn get(&self, number: usize) -> &Cell {
+        &self.cells[number]
+    }
+
+    /// A cell, split or found to be a leaf.
+    ///
+    /// # Errors
+    /// [`Error::Interrupted`](crate::Error::Interrupted).
+    pub fn visit(&mut self, number: usize) -> Result<&Cell> {
+        let Content::Unknown { triangles } = &mut self.cells[number].content else {
+            return Ok(&self.cells[number]);
+        };
+        let triangles = std::mem::take(triangles);
+        self.cells[number].content = self.divide(number, triangles)?;
+        Ok(&self.cells[number])
+    }
+
+    fn divide(&mut self, number: usize, triangles: Vec<u32>) -> Result<Content> {
+        let Cell { depth, bounds, by_turns, .. } = self.cells[number];
+        if terminate_construction(&self.termination, depth, triangles.len()) {
+            return Ok(Content::Leaf { triangles });
+        }
+        let split = split_cell(&self.rule, &self.boxes, &bounds, &triangles, by_turns);
+        self.observer.check()?;
+        let Some(Split { axis, coordinate, cells, triangles: parts }) = split else {
+            return Ok(Content::Leaf { triangles });
+        };
+        let first = self.cells.len();
+        let sides = [Side::Below, Side::Above];
+        for (side, (bounds, triangles)) in sides.into_iter().zip(cells.into_iter().zip(parts)) {
+            self.cells.push(Cell {
+                parent: Some((number, side)),
+                depth: depth + 1,
+                bounds,
+                triangle_count: triangles.len(),
+                content: Content::Unknown { triangles },
+                by_turns: next_axis(axis),
+            });
+        }
+        Ok(Content::Inner { axis, plane: coordinate, children: [first, first + 1] })
+    }
+
+    /// All cells that are known.
+    pub fn into_cells(self) -> Vec<Cell> {
+        self.cells
+    }
+}
