@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import json
 import subprocess
 import time
@@ -14,7 +15,8 @@ from typing import Any
 import jsonschema
 import numpy as np
 import pytest
-from meshes import Shape, bumpy_sphere, gridded_cube
+from meshes import Floats, Shape, bumpy_sphere, gridded_cube
+from PIL import Image
 from playwright.sync_api import Browser, Page, sync_playwright
 from walk_model import Walk
 from walk_pages import ROOT, walk_page
@@ -62,13 +64,32 @@ def passing_by() -> Json:
 
 def moved(factor: float, offset: float) -> Json:
     """The first walk with its mesh elsewhere, in other units."""
-    shape = bumpy_sphere()
-    vertices = shape.vertices * factor + offset
-    origin = np.array([-2.0, -0.9, 0.4]) * factor + offset
-    direction = np.array([1.0, 0.5, -0.25]) * factor
-    return walk(
-        Shape(vertices, shape.faces), [*origin, *direction], few=4, maximum_depth=20
-    )
+    places = {"origin", "bounds", "point", "point_on_ray", "point_on_face", "triangles", "scenery"}
+    lengths = {"direction", "by", "distance"}
+
+    def move(value: Any, shift: float) -> Any:
+        if isinstance(value, dict):
+            return {key: move(part, shift) for key, part in value.items()}
+        if isinstance(value, list):
+            return [move(part, shift) for part in value]
+        return None if value is None else value * factor + shift
+
+    def visit(value: Any) -> Any:
+        if isinstance(value, list):
+            return [visit(part) for part in value]
+        if not isinstance(value, dict):
+            return value
+        return {
+            key: move(part, offset)
+            if (key in places and not isinstance(part, int)) or key == "plane"
+            else move(part, 0.0)
+            if key in lengths
+            else visit(part)
+            for key, part in value.items()
+        }
+
+    explanation: Json = visit(hitting())
+    return explanation
 
 
 def every_verdict() -> Json:
@@ -152,7 +173,11 @@ class Shown:
 
     def text(self, selector: str) -> str:
         """The text of an element as it is seen, with plain minus signs."""
-        return self.page.locator(selector).inner_text().replace("−", "-")
+        return self.page.locator(selector).inner_text().replace("\N{MINUS SIGN}", "-")
+
+    def picture_text(self) -> str:
+        """All words of the lecture's picture."""
+        return " | ".join(self.page.locator("#picture text").all_text_contents())
 
     def numbers(self) -> dict[str, str]:
         """The table of a step's numbers, each with all its digits where it has them."""
@@ -161,7 +186,7 @@ class Shown:
               row.cells[0].textContent,
               row.querySelector("data")?.value ?? row.cells[1].textContent])"""
         )
-        return {name: value for name, value in rows}
+        return dict(rows)
 
     def color(self, name: str) -> tuple[int, ...]:
         """A colour of the style sheet."""
@@ -172,23 +197,19 @@ class Shown:
         return tuple(int(value[start : start + 2], 16) for start in (1, 3, 5))
 
     def pixels(self, positions: list[list[float]], reach: int = 1) -> list[Any]:
-        """The colours of the drawing around positions of the mesh; empty where they are not seen."""
-        found: list[Any] = self.page.evaluate(
-            """([positions, reach]) => {
-              const canvas = document.getElementById("drawing");
-              const ratio = canvas.width / canvas.clientWidth;
-              return positions.map((position) => {
-                const [x, y] = whereIs(position).map((value) => Math.round(value * ratio));
-                if (!(x > reach && y > reach && x < canvas.width - reach
-                  && y < canvas.height - reach)) return [];
-                const size = 2 * reach + 1;
-                const { data } = canvas.getContext("2d").getImageData(x - reach, y - reach, size, size);
-                return Array.from({ length: size * size }, (_, k) => [...data.slice(4 * k, 4 * k + 3)]);
-              });
-            }""",
-            [positions, reach],
-        )
-        return [np.array(colors, dtype=float).reshape(-1, 3) for colors in found]
+        """The drawing's colours around positions of the mesh; empty where they are not seen."""
+        image = np.asarray(Image.open(io.BytesIO(self.picture())).convert("RGB"), dtype=float)
+        height, width, _ = image.shape
+        found = []
+        for x, y in self.where(positions).astype(int):
+            is_seen = reach < x < width - reach and reach < y < height - reach
+            rows, columns = slice(y - reach, y + reach + 1), slice(x - reach, x + reach + 1)
+            found.append(image[rows, columns].reshape(-1, 3) if is_seen else np.empty((0, 3)))
+        return found
+
+    def where(self, positions: list[list[float]]) -> Floats:
+        """Where positions of the mesh are in the drawing."""
+        return np.array(self.page.evaluate("positions => positions.map(whereIs)", positions))
 
     def along_the_ray(self, start: float, end: float) -> list[list[float]]:
         """Positions on the ray between two t."""
@@ -345,7 +366,7 @@ def test_every_step_shows_its_cell_and_case(show: Open, explanation: Callable[[]
         assert shown.state("kind") == step["kind"]
         assert shown.state("cell") == str(cell)
         assert shown.state("case") == step.get("case", "")
-        assert shown.text("#why") == step["why"].replace("−", "-")
+        assert shown.text("#why") == step["why"].replace("\N{MINUS SIGN}", "-")
         assert shown.text("#heading").startswith(f"Step {number}: ")
         assert shown.text("#list [aria-current=step] .count") == str(number)
         if step["kind"] == "inner":
@@ -397,17 +418,20 @@ def test_the_lecture_picture_has_the_plane_on_its_side_of_the_interval(show: Ope
         for start, end, style in bars:
             assert ("near" in style) == ((start + end) / 2 < x)
         styles = [style.split()[1] for _, _, style in bars]
-        assert styles == {
-            "near only": ["fill-near"],
-            "far only": ["fill-far"],
-            "both": ["fill-near", "hatched-far"],
-        }[case]
+        assert (
+            styles
+            == {
+                "near only": ["fill-near"],
+                "far only": ["fill-far"],
+                "both": ["fill-near", "hatched-far"],
+            }[case]
+        )
 
 
 def test_parallel_rays_have_pictures_of_their_own(show: Open) -> None:
     shown = show(along_a_plane())
     shown.go(shown.first(case="in plane"))
-    picture = shown.text("#picture")
+    picture = shown.picture_text()
     assert "above: push" in picture
     assert "below: enter" in picture
     assert "lies on the plane" in shown.text("#case")
@@ -422,8 +446,8 @@ def test_parallel_rays_have_pictures_of_their_own(show: Open) -> None:
 
     step = shown.go(shown.first(case="parallel, above"))
     assert step["t_split"] is None
-    assert "above: enter" in shown.text("#picture")
-    assert "below: not met" in shown.text("#picture")
+    assert "above: enter" in shown.picture_text()
+    assert "below: not met" in shown.picture_text()
     bar, plane = bars.nth(0).bounding_box(), shown.page.locator("line.plane").bounding_box()
     assert bar
     assert plane
@@ -443,7 +467,10 @@ def test_a_leaf_lists_its_triangles_as_they_were_tested(show: Open) -> None:
     assert len(rows) == len(step["tests"])
     for row, test in zip(rows, step["tests"], strict=True):
         assert row[0] == str(test["face"])
-        assert row[1:4] == ["+" if sign > 0 else "−" if sign < 0 else "0" for sign in test["edge_signs"]]
+        assert row[1:4] == [
+            "+" if sign > 0 else "\N{MINUS SIGN}" if sign < 0 else "0"
+            for sign in test["edge_signs"]
+        ]
         assert row[4].endswith(" " + test["verdict"])
         assert row[7:] == [value for value in (test["t"], test["by"]) if value is not None]
         assert row[6].endswith(f"outside {test['edge']}" if test["edge"] else "")
@@ -471,11 +498,22 @@ def test_the_interval_is_drawn_in_the_colours_of_near_and_far(show: Open) -> Non
 def test_the_children_are_tinted_blue_and_orange(show: Open) -> None:
     shown = show(hitting())
     step = shown.go(shown.first(case="both"))
-    for role, sign in [("near", 1), ("far", -1)]:
-        low, high = np.array(shown.explanation["cells"][step[role]]["bounds"])
-        middle = (low + high) / 2
-        centers = [np.where(np.arange(3) == axis, side, middle) for axis in range(3) for side in (low, high)]
-        found = np.concatenate(shown.pixels([center.tolist() for center in centers], reach=12))
+    near, far = (
+        np.array(shown.explanation["cells"][step[role]]["bounds"]) for role in ("near", "far")
+    )
+    for box, other, sign in [(near, far, 1), (far, near, -1)]:
+        shares = np.stack(np.meshgrid(*[np.linspace(0.05, 0.95, 9)] * 3), axis=-1).reshape(-1, 3)
+        inside = box[0] + shares * (box[1] - box[0])
+        # Of the box's picture, what the other box does not cover.
+        corners = np.array(
+            [[other[k, axis] for axis, k in enumerate(c)] for c in np.ndindex(2, 2, 2)]
+        )
+        angles = np.linspace(0.0, 2.0 * np.pi, 72, endpoint=False)
+        ways = np.stack([np.cos(angles), np.sin(angles)])
+        reach = (shown.where(corners.tolist()) @ ways).max(axis=0)
+        is_alone = (shown.where(inside.tolist()) @ ways > reach).any(axis=1)
+        assert is_alone.sum() > 50
+        found = np.concatenate(shown.pixels(inside[is_alone].tolist()))
         red, _, blue = found.mean(axis=0)
         assert sign * (blue - red) > 15
 
@@ -496,7 +534,9 @@ def test_the_drawing_has_the_cell_of_the_step(show: Open, kind: str) -> None:
                 ends[:, axis] = bounds[:, axis]
                 ends[:, first] = bounds[one, first]
                 ends[:, second] = bounds[other, second]
-                line = [(ends[0] + share * (ends[1] - ends[0])).tolist() for share in (0.3, 0.5, 0.7)]
+                line = [
+                    (ends[0] + share * (ends[1] - ends[0])).tolist() for share in (0.3, 0.5, 0.7)
+                ]
                 wide = [
                     (np.abs(colors - shown.color("current")).max(axis=1) < 40).sum() >= 6
                     for colors in shown.pixels(line)
@@ -544,6 +584,7 @@ def test_the_drawing_can_be_turned_moved_zoomed_and_reset(show: Open) -> None:
     pictures.append(shown.picture())
     assert len(set(pictures)) == 4
     shown.page.keyboard.press("0")
+    shown.page.evaluate("document.activeElement.blur()")
     shown.page.wait_for_timeout(600)
     assert shown.picture() == start
 
@@ -561,10 +602,12 @@ def test_a_miss_shows_the_nearest_miss(show: Open) -> None:
     # The gap is drawn, and large enough to be seen.
     ends = [np.array(miss[name]) for name in ("point_on_ray", "point_on_face")]
     line = [(ends[0] + share * (ends[1] - ends[0])).tolist() for share in np.linspace(0.1, 0.9, 9)]
-    reds = [np.abs(colors - shown.color("far")).max(axis=1).min() < 40 for colors in shown.pixels(line)]
+    reds = [
+        np.abs(colors - shown.color("far")).max(axis=1).min() < 40 for colors in shown.pixels(line)
+    ]
     assert np.mean(reds) > 0.4
-    where = shown.page.evaluate("ends => ends.map(whereIs)", [end.tolist() for end in ends])
-    assert np.linalg.norm(np.array(where[0]) - where[1]) > 15
+    where = shown.where([end.tolist() for end in ends])
+    assert np.linalg.norm(where[0] - where[1]) > 15
     assert shown.page.locator("#picture line.gap").count() == 1
 
 
@@ -589,7 +632,7 @@ def test_a_ray_that_passes_the_box_by(show: Open) -> None:
     shown = show(passing_by())
     assert len(shown.explanation["steps"]) == 2
     assert shown.text("#case strong") == "the box is missed"
-    assert "nowhere: it leaves “in y”" in shown.text("#picture")
+    assert "nowhere: it leaves “in y”" in shown.picture_text()
     shown.page.keyboard.press("ArrowRight")
     shown.settle()
     assert str(shown.explanation["nearest_miss"]["face"]) in shown.text("#result")
@@ -619,7 +662,13 @@ def test_numbers_that_differ_look_different(show: Open) -> None:
             shown.go(number)
             values = {step["t_near"], step["t_split"], step["t_far"]}
             cells = shown.page.locator("#numbers data").all_inner_texts()
-            rows = dict(zip(shown.numbers(), shown.page.locator("#numbers td").all_inner_texts(), strict=True))
+            rows = dict(
+                zip(
+                    shown.numbers(),
+                    shown.page.locator("#numbers td").all_inner_texts(),
+                    strict=True,
+                )
+            )
             assert cells
             assert len({rows[name] for name in ("t_near", "t_split", "t_far")}) == len(values)
 
@@ -637,23 +686,12 @@ def test_flat_and_single_triangles_and_far_origins_are_drawn(show: Open) -> None
     ]
     for explanation in walks:
         shown = show(explanation)
-        blank = shown.color("canvas")
         for number in range(1, 1 + len(explanation["steps"])):
             shown.go(number)
-            drawn = shown.page.evaluate(
-                """([r, g, b]) => {
-                  const canvas = document.getElementById("drawing");
-                  const { data } = canvas.getContext("2d").getImageData(0, 0, canvas.width, canvas.height);
-                  let count = 0;
-                  for (let k = 0; k < data.length; k += 4) {
-                    count += data[k] !== r || data[k + 1] !== g || data[k + 2] !== b;
-                  }
-                  return count;
-                }""",
-                list(blank),
-            )
-            # More than the axes in the corner.
-            assert drawn > 1500
+            image = Image.open(io.BytesIO(shown.picture())).convert("RGB")
+            # The middle, without the buttons, the legend and the axes.
+            middle = np.asarray(image)[100:-100, 150:-150]
+            assert (middle != shown.color("canvas")).any(axis=2).sum() > 500
 
 
 def test_an_empty_mesh_has_a_page(show: Open) -> None:

@@ -19,7 +19,8 @@ class Drawing {
   wholeView() {
     const { origin, rootBox } = this.frame;
     const center = centerOf(rootBox);
-    const radius = radiusOf(rootBox) || 1;
+    const radius = radiusOf(rootBox);
+    if (radius === 0) return { center, radius: 1 };
     const near = [origin, ...this.missEnds()].filter((p) =>
       length(subtract(p, center)) < 3.5 * radius);
     // A ray that comes from afar still shows where it comes from.
