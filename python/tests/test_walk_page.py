@@ -140,21 +140,21 @@ class Shown:
         return value
 
     def step(self) -> int:
-        """The step that is shown, from 1 on."""
+        """The step that is shown; the first is 0."""
         return int(self.state("step"))
 
     def go(self, step: int) -> Json:
         """Shows a step by a click in the list, and returns what the explanation says of it."""
-        self.page.locator("#list button").nth(step - 1).click()
+        self.page.locator("#list button").nth(step).click()
         self.settle()
         assert self.step() == step
-        found: Json = self.explanation["steps"][step - 1]
+        found: Json = self.explanation["steps"][step]
         return found
 
     def first(self, **wanted: Any) -> int:
         """The first step of which this is so."""
         steps = self.explanation["steps"]
-        return 1 + next(
+        return next(
             index
             for index, step in enumerate(steps)
             if all(step.get(key) == value for key, value in wanted.items())
@@ -294,43 +294,43 @@ def test_what_the_pages_are_made_of_follows_the_schema(explanation: Callable[[],
 
 def test_keys_step_forward_and_back(show: Open) -> None:
     shown = show(hitting())
-    last = len(shown.explanation["steps"])
+    last = len(shown.explanation["steps"]) - 1
     keys = shown.page.keyboard
     seen = [shown.step()]
     for key in ["ArrowRight", "ArrowRight", "ArrowLeft", "End", "ArrowRight", "Home", "ArrowLeft"]:
         keys.press(key)
         seen.append(shown.step())
-    assert seen == [1, 2, 3, 2, last, last, 1, 1]
+    assert seen == [0, 1, 2, 1, last, last, 0, 0]
 
 
 def test_buttons_step(show: Open) -> None:
     shown = show(hitting())
-    last = len(shown.explanation["steps"])
+    last = len(shown.explanation["steps"]) - 1
     seen = []
     for name in ["forward", "forward", "back", "last", "first"]:
         shown.page.click(f"#{name}")
         seen.append(shown.step())
-    assert seen == [2, 3, 2, last, 1]
+    assert seen == [1, 2, 1, last, 0]
 
 
 def test_the_slider_steps(show: Open) -> None:
     shown = show(hitting())
     slider = shown.page.locator("#slider")
-    assert slider.get_attribute("max") == str(len(shown.explanation["steps"]))
+    assert slider.get_attribute("max") == str(len(shown.explanation["steps"]) - 1)
     slider.fill("7")
     assert shown.step() == 7
     slider.press("ArrowRight")
     assert shown.step() == 8
     shown.page.keyboard.press("Home")
-    assert shown.step() == 1
-    assert slider.input_value() == "1"
+    assert shown.step() == 0
+    assert slider.input_value() == "0"
 
 
 def test_the_space_bar_plays_and_pauses(show: Open) -> None:
     shown = show(hitting())
     shown.page.keyboard.press(" ")
     assert shown.state("playing") == "true"
-    shown.until("document.body.dataset.step === '2'")
+    shown.until("document.body.dataset.step === '1'")
     shown.page.keyboard.press(" ")
     assert shown.state("playing") == "false"
     # On a button, the space bar presses the button.
@@ -347,12 +347,12 @@ def test_the_address_names_the_step(show: Open) -> None:
     shown.until("document.body.dataset.step === '3'")
 
 
-@pytest.mark.parametrize(("fragment", "step"), [("#step=99999", -1), ("#step=x", 1), ("#", 1)])
+@pytest.mark.parametrize(("fragment", "step"), [("#step=99999", -1), ("#step=x", 0), ("#", 0)])
 def test_an_address_with_no_such_step_shows_one_that_there_is(
     show: Open, fragment: str, step: int
 ) -> None:
     shown = show(hitting(), fragment=fragment)
-    assert shown.step() == (step if step > 0 else len(shown.explanation["steps"]))
+    assert shown.step() == step % len(shown.explanation["steps"])
 
 
 @pytest.mark.parametrize("explanation", [hitting, along_a_plane, missing])
@@ -360,7 +360,7 @@ def test_every_step_shows_its_cell_and_case(show: Open, explanation: Callable[[]
     shown = show(explanation(), reduced_motion="reduce")
     cells = shown.explanation["cells"]
     stack: list[int] = []
-    for number, step in enumerate(shown.explanation["steps"], start=1):
+    for number, step in enumerate(shown.explanation["steps"]):
         assert shown.step() == number
         cell = step.get("cell", 0)
         assert shown.state("kind") == step["kind"]
@@ -370,7 +370,7 @@ def test_every_step_shows_its_cell_and_case(show: Open, explanation: Callable[[]
         assert shown.text("#heading").startswith(f"Step {number}: ")
         assert shown.text("#list [aria-current=step] .count") == str(number)
         if step["kind"] == "inner":
-            assert f"node {cell}, depth {cells[cell]['depth']}" in shown.text("#heading")
+            assert f"cell {cell}, depth {cells[cell]['depth']}" in shown.text("#heading")
             assert shown.text("#case strong").startswith(step["case"])
             assert ("plane touched" in shown.text("#case")) == step["plane_touched"]
             numbers = shown.numbers()
@@ -381,19 +381,19 @@ def test_every_step_shows_its_cell_and_case(show: Open, explanation: Callable[[]
                 assert numbers["t_split"].startswith("none")
             else:
                 assert float(numbers["t_split"]) == step["t_split"]
-            assert f"node {step['enter']} " in numbers["enter"]
+            assert f"cell {step['enter']} " in numbers["enter"]
             role = "near" if step["enter"] == step["near"] else "far"
             assert numbers["enter"].startswith(role)
             if step["push"] is None:
                 assert numbers["push"] == "nothing"
             else:
-                assert f"node {step['push']} " in numbers["push"]
+                assert f"cell {step['push']} " in numbers["push"]
                 stack.append(step["push"])
         elif step["kind"] == "pop":
             assert stack.pop() == cell
             verdict = "entered" if step["is_entered"] else "dropped"
             assert verdict in shown.text("#case")
-            assert f"node {cell}" in shown.text("#stack li.popped")
+            assert f"cell {cell}" in shown.text("#stack li.popped")
         boxes = shown.page.locator("#stack li[data-cell]:not(.popped)")
         listed = boxes.evaluate_all("boxes => boxes.map((box) => Number(box.dataset.cell))")
         assert listed == stack[::-1]
@@ -555,7 +555,7 @@ def test_the_drawing_has_the_cell_of_the_step(show: Open, kind: str) -> None:
 def test_the_drawing_changes_from_step_to_step(show: Open) -> None:
     shown = show(hitting(), reduced_motion="reduce")
     pictures = []
-    for number in range(1, 20):
+    for number in range(20):
         shown.go(number)
         pictures.append(shown.picture())
     assert len(set(pictures)) == len(pictures)
@@ -657,7 +657,7 @@ def test_scale_and_place_of_the_mesh_do_not_matter(
 
 def test_numbers_that_differ_look_different(show: Open) -> None:
     shown = show(walk(bumpy_sphere(), [-2e6, -0.9, 0.4, 1.0, 0.0, 0.0], few=4, maximum_depth=20))
-    for number, step in enumerate(shown.explanation["steps"], start=1):
+    for number, step in enumerate(shown.explanation["steps"]):
         if step["kind"] == "inner" and step["t_split"] is not None:
             shown.go(number)
             values = {step["t_near"], step["t_split"], step["t_far"]}
@@ -686,7 +686,7 @@ def test_flat_and_single_triangles_and_far_origins_are_drawn(show: Open) -> None
     ]
     for explanation in walks:
         shown = show(explanation)
-        for number in range(1, 1 + len(explanation["steps"])):
+        for number in range(len(explanation["steps"])):
             shown.go(number)
             image = Image.open(io.BytesIO(shown.picture())).convert("RGB")
             # The middle, without the buttons, the legend and the axes.
@@ -713,7 +713,7 @@ def test_two_thousand_steps(show: Open) -> None:
     assert shown.step() == 1020
     shown.page.keyboard.press("End")
     shown.settle()
-    assert shown.step() == len(shown.explanation["steps"])
+    assert shown.step() == len(shown.explanation["steps"]) - 1
     marked = shown.page.locator("#list [aria-current=step]")
     assert marked.count() == 1
     box, around = marked.bounding_box(), shown.page.locator("#list").bounding_box()
@@ -744,7 +744,7 @@ def test_titles_and_names_are_text(show: Open) -> None:
 @pytest.mark.parametrize("size", [(1280, 800), (1920, 1080), (390, 844)])
 def test_it_fits_the_screen(show: Open, size: tuple[int, int]) -> None:
     shown = show(hitting(), viewport={"width": size[0], "height": size[1]})
-    for number in (1, 2, shown.first(kind="leaf"), len(shown.explanation["steps"])):
+    for number in (0, 1, shown.first(kind="leaf"), len(shown.explanation["steps"]) - 1):
         shown.go(number)
         assert shown.page.evaluate("document.documentElement.scrollWidth <= innerWidth")
         for element in ["#forward", "#slider", "#drawing"]:
@@ -768,7 +768,7 @@ def test_dark_and_light(show: Open) -> None:
         shown.go(shown.first(case="both"))
         canvas = shown.color("canvas")
         grounds.append(sum(canvas))
-        step = shown.explanation["steps"][shown.step() - 1]
+        step = shown.explanation["steps"][shown.step()]
         assert shown.is_mostly("near", shown.along_the_ray(step["t_near"], step["t_split"]))
     assert grounds[0] > 600
     assert grounds[1] < 150

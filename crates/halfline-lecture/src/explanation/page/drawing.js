@@ -22,7 +22,7 @@ class Drawing {
     const radius = radiusOf(rootBox);
     if (radius === 0) return { center, radius: 1 };
     const near = [origin, ...this.missEnds()].filter((p) =>
-      length(subtract(p, center)) < 3.5 * radius);
+      length(subtract(p, center)) < 2.2 * radius);
     // A ray that comes from afar still shows where it comes from.
     near.push(add(center, scaled(this.frame.direction, -radius)));
     const box = boxAround([...cornersOf(rootBox), ...near.filter((p) => p.every(Number.isFinite))]);
