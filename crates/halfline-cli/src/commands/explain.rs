@@ -8,7 +8,7 @@ use halfline::explain::{Cells, Explanation, Rule, Slice, SlicePlane, Step, Walk,
 use halfline::geometry::{Ray, vec3};
 use halfline::progress::Stage;
 use halfline::textbook::Termination;
-use halfline::{Aabb, Mesh, Scene};
+use halfline::{Aabb, Error, Mesh, Scene};
 use halfline_lecture::explanation::{SLICE_SIZE, SliceOptions, Told, draw_slice};
 use halfline_render::{Plan, RenderSettings};
 use serde_json::{Value, json};
@@ -241,7 +241,10 @@ fn cut(options: &Options, axis: usize, source: &Source, session: Session) -> Res
             let termination = Termination::automatic(mesh.triangle_count());
             let mut cells = Cells::new(mesh, rule, termination, observer)?;
             let bounds = cells.get(0).bounds;
-            let ray = asked.unwrap_or_else(|| ray_within(&bounds, axis, options.at));
+            let ray = match asked {
+                Some(ray) => ray,
+                None => ray_to_show(&mut cells, axis, options.at)?,
+            };
             let walk = Walk::through(&mut cells, &ray, &check(&ray)?)?;
             let coordinate = options.at.unwrap_or_else(|| place_of(&walk, &ray, &bounds, axis));
             let plane = SlicePlane { axis, coordinate };
@@ -290,21 +293,33 @@ fn figures_of(mesh: &Mesh, slice: &Slice, walk: &Walk) -> Figures {
     figures
 }
 
-/// A ray to show, where none is asked about: across the picture, rising a little.
-fn ray_within(bounds: &Aabb, axis: usize, at: Option<f64>) -> Ray {
+/// A ray to show where none is asked about: of some that cross the picture the one that comes to the
+/// most leaves.
+fn ray_to_show(cells: &mut Cells, axis: usize, at: Option<f64>) -> Result<Ray, Error> {
+    const HEIGHTS: [f64; 6] = [-0.42, -0.28, -0.11, 0.09, 0.26, 0.41];
+    let bounds = cells.get(0).bounds;
+    let mut chosen = (0, Ray::new(vec3(0.0, 0.0, 0.0), vec3(1.0, 0.0, 0.0)));
+    for (from, to) in HEIGHTS.into_iter().flat_map(|from| HEIGHTS.map(|to| (from, to))) {
+        let ray = ray_across(&bounds, axis, at, [from, to]);
+        let Ok(prepared) = check(&ray) else { continue };
+        let walk = Walk::through(cells, &ray, &prepared)?;
+        if walk.visits.leaves > chosen.0 {
+            chosen = (walk.visits.leaves, ray);
+        }
+    }
+    Ok(chosen.1)
+}
+
+/// A ray within the plane, from left to right and from one height to another, in terms of the box's.
+fn ray_across(bounds: &Aabb, axis: usize, at: Option<f64>, [from, to]: [f64; 2]) -> Ray {
     let [across, up] = SlicePlane { axis, coordinate: 0.0 }.axes();
     let (center, extent) = (bounds.center(), bounds.extent());
-    let mut origin = center;
-    let mut direction = vec3(0.0, 0.0, 0.0);
+    let (mut origin, mut direction) = (center, vec3(0.0, 0.0, 0.0));
     origin[axis] = at.unwrap_or(center[axis]);
     origin[across] = center[across] - 0.52 * extent[across];
-    origin[up] = center[up] - 0.16 * extent[up];
+    origin[up] = center[up] + from * extent[up];
     direction[across] = extent[across];
-    direction[up] = 0.29 * extent[up];
-    if check(&Ray::new(origin, direction)).is_err() {
-        // A mesh without any extent there, or none at all.
-        return Ray::new(vec3(0.0, 0.0, 0.0), vec3(1.0, 0.0, 0.0));
-    }
+    direction[up] = (to - from) * extent[up];
     Ray::new(origin, direction)
 }
 

@@ -32,6 +32,7 @@ const DEPTHS: [[u8; 3]; 9] = [
 
 /// The ray and its cells: the vermilion of Okabe and Ito.
 const RAY: &str = "#d55e00";
+const VISITED: &str = "#fdc086";
 
 /// What is drawn besides the slice.
 #[derive(Clone, Copy)]
@@ -80,21 +81,18 @@ pub fn draw_slice(slice: &Slice, options: &SliceOptions) -> String {
     let _ = write!(
         svg,
         r##"<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {width} {height:.1}" width="{width}" height="{height:.0}" font-family="Helvetica, Arial, sans-serif" font-size="14" role="img" aria-label="{label}">
-<style>.cell{{stroke:#fff;stroke-width:.6;stroke-opacity:.75}}.mesh{{fill:none;stroke:#111;stroke-width:1.3;stroke-linecap:round}}.ray{{fill:none;stroke:{RAY};stroke-width:2.6}}.visited{{fill:{RAY};fill-opacity:.28;stroke:{RAY};stroke-width:1.6}}</style>
+<style>.cell{{stroke:#fff;stroke-width:.6;stroke-opacity:.75}}.mesh{{fill:none;stroke:#111;stroke-width:1.3;stroke-linecap:round}}.ray{{fill:none;stroke:{RAY};stroke-width:2.6}}.beyond{{stroke-width:1.6;stroke-dasharray:5 4}}.visited{{fill:{VISITED};fill-opacity:.8;stroke:{RAY};stroke-width:1.4}}</style>
 <rect width="100%" height="100%" fill="#fff"/>
-<defs><clipPath id="frame"><rect x="{x0}" y="{x0}" width="{w:.2}" height="{h:.2}"/></clipPath><marker id="head" viewBox="0 0 10 10" refX="9" refY="5" markerWidth="7" markerHeight="7" orient="auto-start-reverse"><path d="M0 0 10 5 0 10z" fill="{RAY}"/></marker></defs>
+<defs><marker id="head" viewBox="0 0 10 10" refX="9" refY="5" markerWidth="7" markerHeight="7" orient="auto-start-reverse"><path d="M0 0 10 5 0 10z" fill="{RAY}"/></marker></defs>
 <g transform="translate({left:.2} {MARGIN})">
 "##,
         label = escape(&format!("{}: cells of the kd-tree, cut by a plane", options.name)),
-        x0 = -MARGIN / 2.0,
-        w = canvas.width + MARGIN,
-        h = canvas.height + MARGIN,
     );
     let deepest = slice.cells.iter().map(|cell| cell.depth).max().unwrap_or(0);
     write_cells(&mut svg, slice, &canvas, deepest);
     write_visited(&mut svg, slice, &canvas, options.walk);
     write_mesh(&mut svg, slice, &canvas);
-    write_ray(&mut svg, slice, &canvas, options.ray);
+    write_ray(&mut svg, slice, &canvas, options);
     svg.push_str("</g>\n");
     write_caption(&mut svg, slice, options, &canvas, deepest, axes);
     svg.push_str("</svg>\n");
@@ -155,40 +153,62 @@ fn write_mesh(svg: &mut String, slice: &Slice, canvas: &Canvas) {
     svg.push_str("\"/>\n");
 }
 
-/// The ray as it is seen along the plane's axis, from its beginning to the edge of the picture.
-fn write_ray(svg: &mut String, slice: &Slice, canvas: &Canvas, ray: &Ray) {
+/// The ray as it is seen along the plane's axis, from its beginning to its hit, and from there, dashed, to
+/// the edge of the picture.
+fn write_ray(svg: &mut String, slice: &Slice, canvas: &Canvas, options: &SliceOptions) {
+    let SliceOptions { ray, walk, .. } = options;
+    let (origin, direction) = (slice.plane.project(ray.origin), slice.plane.project(ray.direction));
+    let at = |t: f64| canvas.point([0, 1].map(|i| origin[i] + direction[i] * t));
+    let Some([begin, end]) = within_picture(slice, canvas, ray) else { return };
+    if direction == [0.0; 2] {
+        write_dot(svg, at(0.0), "ray");
+        return;
+    }
+    let mut line = |from: f64, to: f64, class: &str, more: &str| {
+        let ([a, b], [c, d]) = (at(from), at(to));
+        let path = format!("M{a:.2} {b:.2}L{c:.2} {d:.2}");
+        let _ = writeln!(svg, r#"<path class="{class}"{more} d="{path}"/>"#);
+    };
+    const HEAD: &str = r#" marker-end="url(#head)""#;
+    let stop = walk.hit.t.clamp(begin, end);
+    if walk.hit.is_hit() {
+        line(stop, end, "ray beyond", HEAD);
+        line(begin, stop, "ray", "");
+        if walk.hit.t == stop {
+            write_dot(svg, at(stop), "hit");
+        }
+    } else {
+        line(begin, end, "ray", HEAD);
+    }
+    if begin == ray.t_min {
+        write_dot(svg, at(begin), "origin");
+    }
+}
+
+fn write_dot(svg: &mut String, [x, y]: Point, class: &str) {
+    let _ = writeln!(
+        svg,
+        r##"<circle class="{class}" cx="{x:.2}" cy="{y:.2}" r="4.5" fill="{RAY}" stroke="#fff"/>"##
+    );
+}
+
+/// From which t to which the ray is seen in the picture.
+fn within_picture(slice: &Slice, canvas: &Canvas, ray: &Ray) -> Option<[f64; 2]> {
     let room = MARGIN / 2.0 / canvas.scale;
-    let [low, high] = slice.rectangle;
-    let (low, high) = (low.map(|x| x - room), high.map(|x| x + room));
     let (origin, direction) = (slice.plane.project(ray.origin), slice.plane.project(ray.direction));
     let [mut begin, mut end] = [ray.t_min, ray.t_max];
     for i in 0..2 {
+        let [low, high] = [slice.rectangle[0][i] - room, slice.rectangle[1][i] + room];
         if direction[i] == 0.0 {
-            if origin[i] < low[i] || origin[i] > high[i] {
-                return;
+            if origin[i] < low || origin[i] > high {
+                return None;
             }
             continue;
         }
-        let [a, b] = [low[i], high[i]].map(|side| (side - origin[i]) / direction[i]);
+        let [a, b] = [low, high].map(|side| (side - origin[i]) / direction[i]);
         (begin, end) = (begin.max(a.min(b)), end.min(a.max(b)));
     }
-    if begin > end {
-        return;
-    }
-    let at = |t: f64| canvas.point([0, 1].map(|i| origin[i] + direction[i] * t));
-    if direction == [0.0; 2] {
-        let [x, y] = at(0.0);
-        let _ = writeln!(svg, r#"<circle cx="{x:.2}" cy="{y:.2}" r="5" fill="{RAY}"/>"#);
-        return;
-    }
-    let ([a, b], [c, d]) = (at(begin), at(end));
-    let _ = writeln!(
-        svg,
-        r#"<path class="ray" clip-path="url(#frame)" marker-end="url(#head)" d="M{a:.2} {b:.2}L{c:.2} {d:.2}"/>"#
-    );
-    if begin == ray.t_min {
-        let _ = writeln!(svg, r#"<circle cx="{a:.2}" cy="{b:.2}" r="4.5" fill="{RAY}"/>"#);
-    }
+    (begin <= end).then_some([begin, end])
 }
 
 fn write_caption(
