@@ -1,4 +1,4 @@
-"""A small model of the textbook's walk, which writes explanations as `halfline explain --json` does.
+"""A small model of the textbook's walk; its explanations are as those of `halfline explain`.
 
 It is plain floating point, for the tests of the page alone: no judge of anything. With it those
 tests have walks of every kind, also of kinds that are rare on real meshes.

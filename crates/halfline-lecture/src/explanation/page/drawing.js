@@ -19,9 +19,10 @@ class Drawing {
   wholeView() {
     const { origin, rootBox } = this.frame;
     const center = centerOf(rootBox);
-    const radius = radiusOf(rootBox) || 1;
+    const radius = radiusOf(rootBox);
+    if (radius === 0) return { center, radius: 1 };
     const near = [origin, ...this.missEnds()].filter((p) =>
-      length(subtract(p, center)) < 3.5 * radius);
+      length(subtract(p, center)) < 2.2 * radius);
     // A ray that comes from afar still shows where it comes from.
     near.push(add(center, scaled(this.frame.direction, -radius)));
     const box = boxAround([...cornersOf(rootBox), ...near.filter((p) => p.every(Number.isFinite))]);

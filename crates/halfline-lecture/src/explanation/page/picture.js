@@ -295,10 +295,9 @@ class Picture {
       this.nameParts(test, selected.map(place), group);
     }
     const [x, y] = middle;
-    if (nearest) {
-      const [x2, y2] = place(nearest);
-      this.line(x, y, x2, y2, "gap");
-    }
+    const isBeside = test?.verdict === "outside" && selected && !nearest;
+    const end = nearest ? place(nearest) : isBeside ? nearestOf(selected.map(place), middle) : null;
+    if (end) this.line(x, y, end[0], end[1], "gap");
     this.line(x - 8, y, x + 8, y, "cross");
     this.line(x, y - 8, x, y + 8, "cross");
     this.add("text", { x: left + 5, y: side - 2, class: "small" }, "seen along the ray");
@@ -388,6 +387,19 @@ function slabOf({ origin, direction }, [low, high], axis) {
   }
   const ts = [low, high].map((side) => (side[axis] - origin[axis]) / direction[axis]);
   return [Math.min(...ts), Math.max(...ts)];
+}
+
+/** The position on a triangle's edges that is nearest to a point, in the plane of the picture. */
+function nearestOf(corners, [x, y]) {
+  const candidates = corners.map(([x1, y1], k) => {
+    const [x2, y2] = corners[(k + 1) % 3];
+    const squared = (x2 - x1) ** 2 + (y2 - y1) ** 2;
+    const share = squared > 0 ? ((x - x1) * (x2 - x1) + (y - y1) * (y2 - y1)) / squared : 0;
+    const inside = Math.min(Math.max(share, 0), 1);
+    return [x1 + inside * (x2 - x1), y1 + inside * (y2 - y1)];
+  });
+  const distance = ([x1, y1]) => Math.hypot(x1 - x, y1 - y);
+  return candidates.reduce((a, b) => (distance(b) < distance(a) ? b : a));
 }
 
 /** Looks along the ray: from positions to right and down, with `start` on the ray at zero. */

@@ -26,7 +26,7 @@ function readColors() {
   return Object.fromEntries(names.map((name) => [name, style.getPropertyValue(`--${name}`).trim()]));
 }
 
-/** Shows a step; the first is 0 here, and 1 to the reader. */
+/** Shows a step; the first is 0, as in the explanation. */
 function goTo(index, { isSudden = false } = {}) {
   const wanted = Math.min(Math.max(Math.trunc(index), 0), walk.steps.length - 1);
   if (wanted === current || Number.isNaN(wanted)) return;
@@ -35,10 +35,10 @@ function goTo(index, { isSudden = false } = {}) {
   drawing.selectedFace = step.kind === "leaf" ? walk.firstToLookAt(step) : null;
   words.show(current, drawing.selectedFace);
   drawPicture();
-  byId("slider").value = current + 1;
-  byId("slider").setAttribute("aria-valuetext", `step ${current + 1}: ${listText(step)}`);
+  byId("slider").value = current;
+  byId("slider").setAttribute("aria-valuetext", `step ${current}: ${listText(step)}`);
   byId("drawing").setAttribute("aria-label",
-    `The cells, the ray and the triangles at step ${current + 1}: ${step.why ?? ""}`);
+    `The cells, the ray and the triangles at step ${current}: ${step.why ?? ""}`);
   const atStart = current === 0;
   const atEnd = current === walk.steps.length - 1;
   for (const id of ["first", "back"]) byId(id).setAttribute("aria-disabled", atStart);
@@ -53,7 +53,7 @@ function goTo(index, { isSudden = false } = {}) {
 function tellState(step) {
   const cell = walk.cellOf(step);
   Object.assign(document.body.dataset, {
-    step: current + 1, steps: walk.steps.length, kind: step.kind, cell,
+    step: current, steps: walk.steps.length, kind: step.kind, cell,
     depth: walk.cells[cell]?.depth ?? "", case: step.case ?? "", drawn: "",
     stack: walk.stackAfter(current).map((entry) => entry.cell).join(" "),
   });
@@ -104,7 +104,7 @@ function ask() {
     }
     drawing.draw(current, view, colors);
     if (flight) ask();
-    else document.body.dataset.drawn = current + 1;
+    else document.body.dataset.drawn = current;
   });
 }
 
@@ -112,7 +112,7 @@ function ask() {
 function writeHash() {
   clearTimeout(hashTimer);
   hashTimer = setTimeout(() => {
-    const hash = `#step=${current + 1}`;
+    const hash = `#step=${current}`;
     if (location.hash !== hash) history.replaceState(null, "", hash);
   }, 250);
 }
@@ -120,7 +120,7 @@ function writeHash() {
 /** The step that the address asks for; `null` if it asks for none. */
 function readHash() {
   const match = /^#step=(\d+)$/.exec(location.hash);
-  return match ? Number(match[1]) - 1 : null;
+  return match ? Number(match[1]) : null;
 }
 
 function play() {
@@ -216,8 +216,8 @@ window.addEventListener("keydown", (event) => {
   action();
 });
 
-byId("slider").max = walk.steps.length;
-byId("slider").addEventListener("input", (event) => stepTo(Number(event.target.value) - 1));
+byId("slider").max = walk.steps.length - 1;
+byId("slider").addEventListener("input", (event) => stepTo(Number(event.target.value)));
 const BUTTONS = {
   first: KEYS.Home, back: KEYS.ArrowLeft, play, forward: KEYS.ArrowRight, last: KEYS.End,
   follow: toggleFollow, up: turnUp, reset: resetView,

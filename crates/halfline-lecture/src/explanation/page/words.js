@@ -1,6 +1,6 @@
 // The right side: a step in words and numbers, the stack, the triangles, the list, the costs.
 
-const KINDS = { clip: "clip to the box", inner: "inner node", leaf: "leaf", pop: "pop", end: "end" };
+const KINDS = { clip: "clip to the box", inner: "inner cell", leaf: "leaf", pop: "pop", end: "end" };
 
 const byId = (id) => document.getElementById(id);
 
@@ -38,10 +38,10 @@ class Words {
     const cell = this.walk.cells[this.walk.cellOf(step)];
     const total = this.walk.steps.length;
     const where = step.kind === "inner" || step.kind === "leaf" || step.kind === "pop"
-      ? `, node ${step.cell}, depth ${cell.depth}` : "";
-    byId("heading").textContent = `Step ${index + 1}: ${KINDS[step.kind] ?? step.kind}${where}`;
+      ? `, cell ${step.cell}, depth ${cell.depth}` : "";
+    byId("heading").textContent = `Step ${index}: ${KINDS[step.kind] ?? step.kind}${where}`;
     byId("why").textContent = step.why ?? "";
-    byId("position").textContent = `${index + 1} / ${total}`;
+    byId("position").textContent = `${index} / ${total - 1}`;
     this.showCase(step);
     this.showNumbers(step, cell);
     this.showTests(step, selectedFace);
@@ -80,7 +80,7 @@ class Words {
       row(name, t === null ? make("td", name === "t_split" ? "none: parallel" : "none", { class: "number" }) : numberCell(t, format));
     };
     if (step.kind !== "end") {
-      row("node", numberCell(this.walk.cellOf(step), plain("")));
+      row("cell", numberCell(this.walk.cellOf(step), plain("")));
       row("depth", numberCell(cell?.depth ?? null, plain("")));
       if (step.kind === "inner") {
         row("axis", make("td", step.axis, { class: "number" }));
@@ -107,7 +107,7 @@ class Words {
 
   childCell(step, child, interval) {
     const role = child === step.near ? "near" : child === step.far ? "far" : "";
-    const text = `node ${child}${interval ? ` ${intervalText(interval)}` : ""}`;
+    const text = `cell ${child}${interval ? ` ${intervalText(interval)}` : ""}`;
     return make("td", [make("b", role, { class: `role-${role}` }), ` ${text}`]);
   }
 
@@ -142,7 +142,7 @@ class Words {
     const { pushed, popped } = this.walk.after[index];
     const entries = this.walk.stackAfter(index);
     const box = (entry, note) => make("li", [
-      make("b", `node ${entry.cell}`), ` ${intervalText(entry.interval)} `,
+      make("b", `cell ${entry.cell}`), ` ${intervalText(entry.interval)} `,
       note ? make("em", note) : "",
     ], { class: note, "data-cell": entry.cell });
     const boxes = entries.slice(0, 40).map((entry) => box(entry, entry === pushed ? "pushed" : ""));
@@ -181,7 +181,7 @@ class Words {
     const list = byId("list");
     for (const [index, step] of this.walk.steps.entries()) {
       const depth = this.walk.cells[this.walk.cellOf(step)]?.depth ?? 0;
-      const button = make("button", [make("span", String(index + 1), { class: "count" }),
+      const button = make("button", [make("span", String(index), { class: "count" }),
         make("span", listText(step))], { type: "button", tabindex: "-1", class: `step-${step.kind}` });
       button.style.setProperty("--indent", (depth / Math.max(deepest, 8)).toFixed(3));
       this.items.push(button);
@@ -246,7 +246,7 @@ class Words {
       + "t limit is the closest hit so far. Choose a row to draw its box.";
     const body = byId("engine-steps").tBodies[0];
     body.replaceChildren(...steps.map((step, index) => make("tr", [
-      make("td", [make("button", String(index + 1), { type: "button", "aria-pressed": "false" })],
+      make("td", [make("button", String(index), { type: "button", "aria-pressed": "false" })],
         { class: "number" }),
       make("td", step.kind), make("td", String(step.depth), { class: "number" }),
       make("td", step.kind === "leaf" ? (step.faces ?? []).join(", ") : `${step.children} children`),
@@ -285,7 +285,7 @@ function listText(step) {
       const count = step.tests.length === 1 ? "1 triangle" : `${formatCount(step.tests.length)} triangles`;
       return `leaf: ${count}, ${step.closest ? `hits ${step.closest.face}` : "no hit"}`;
     }
-    case "pop": return `pop node ${step.cell}${step.is_entered ? "" : ": dropped"}`;
+    case "pop": return `pop cell ${step.cell}${step.is_entered ? "" : ": dropped"}`;
     default: return step.hit ? `end: face ${step.hit.face}` : "end: missed";
   }
 }
