@@ -9,7 +9,6 @@ from html import escape
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
 from numpy.typing import ArrayLike
 
 from halfline._arrays import path_of, rays_of
@@ -43,9 +42,12 @@ class Explanation:
         progress: Progress,
     ) -> Explanation:
         shape, (begin, along, t_min, t_max) = rays_of(origin, direction, *t_range)
-        # What is one vector or number comes as such, unless there is room for many rays.
-        is_one = isinstance(begin, tuple) and isinstance(along, tuple)
-        if shape != () or not is_one or not isinstance(t_min, float | int):
+        # One vector or number comes as such, unless it was meant for many rays.
+        if (
+            shape != ()
+            or not (isinstance(begin, tuple) and isinstance(along, tuple))
+            or not (isinstance(t_min, float) and isinstance(t_max, float))
+        ):
             raise ValueError(f"expected one ray, found rays of shape {shape}")
         file = scene._native.file
         name = "mesh" if file is None else Path(file[0]).name
