@@ -4,8 +4,8 @@
 The house has one direction. A room (a folder or file under crates/halfline/src) imports only
 rooms of the levels below its own:
 
-    leaks, explain -> scene -> traverse, build, points -> tree, topology -> numeric, simd -> io, mesh
-          -> geometry, map
+    leaks, explain -> scene -> traverse, build, points -> tree, topology -> numeric, simd
+          -> io, mesh -> geometry, map
 
 Rooms of one level do not know each other: building must not lean on traversal, nor the numeric
 rules on an instruction set. The one exception is io, which makes meshes, and so imports mesh.

@@ -18,6 +18,7 @@ from halfline._native import FormatError, __version__, set_thread_count, thread_
 # What type checkers take for true. To import it from typing would be half of the command's start.
 TYPE_CHECKING = False
 if TYPE_CHECKING:
+    from halfline._explanation import Explanation
     from halfline._hits import AllHits, Hits
     from halfline._image import Image
     from halfline._mesh import Mesh, generate, load
@@ -26,6 +27,7 @@ if TYPE_CHECKING:
 
 __all__ = [
     "AllHits",
+    "Explanation",
     "FormatError",
     "Hits",
     "Image",
@@ -42,6 +44,7 @@ __all__ = [
 # The command must start without NumPy, so what needs it is imported when it is asked for.
 _LAZY = {
     "AllHits": "halfline._hits",
+    "Explanation": "halfline._explanation",
     "Hits": "halfline._hits",
     "Image": "halfline._image",
     "Mesh": "halfline._mesh",

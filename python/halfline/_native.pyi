@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 __all__ = [
+    "Explanation",
     "FormatError",
     "Mesh",
     "MeshArray",
@@ -33,6 +34,24 @@ _Extras: TypeAlias = tuple[
 ]
 
 class FormatError(ValueError): ...
+
+@final
+class Explanation:
+    def __new__(
+        cls,
+        scene: Scene,
+        origin: Sequence[float],
+        direction: Sequence[float],
+        t_min: float,
+        t_max: float,
+        rule: str,
+        name: str,
+        progress: _Report | None = None,
+        /,
+    ) -> Explanation: ...
+    def json(self) -> str: ...
+    def text(self) -> str: ...
+    def page(self) -> str: ...
 
 @final
 class Picture:

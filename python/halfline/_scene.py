@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from halfline._arrays import count_of, path_of, rays_of
+from halfline._explanation import Explanation
 from halfline._hits import AllHits, Hits
 from halfline._html import table
 from halfline._image import Image
@@ -267,6 +268,46 @@ class Scene:
         """
         file = self._native.file
         return None if file is None else file[1]
+
+    def explain(
+        self,
+        origin: ArrayLike,
+        direction: ArrayLike,
+        *,
+        t_min: float = 0.0,
+        t_max: float = np.inf,
+        rule: str = "sah",
+        progress: Progress = None,
+    ) -> Explanation:
+        """Tells why a ray hits what it hits, or nothing: its walk through the tree, step by step.
+
+        It is the walk through the lecture's kd-tree (V. Havran, "Heuristic Ray Shooting
+        Algorithms", 2000, chapter 4), whose cells are split only where the ray comes, and beside it
+        what the engine did for the same hit. For a ray that hits nothing the triangle that it
+        passes closest is found. It takes some passes over the mesh, so seconds for millions of
+        triangles.
+
+        Args:
+            origin: Where the ray begins, shape (3,).
+            direction: How far one unit of t reaches, shape (3,).
+            t_min: Smallest t that counts, itself included.
+            t_max: Largest t that counts, itself included.
+            rule: Where the lecture's tree splits cells: "sah" (surface-area heuristic), "middle" or
+                "median".
+            progress: A callable that is asked from time to time; True has nothing to show.
+
+        Returns:
+            What became of the ray; it prints as text, and shows itself in Jupyter as a page to step
+            through.
+
+        Raises:
+            TypeError: As `intersect`.
+            ValueError: For more than one ray, an unknown rule, and a ray that hits nothing whatever
+                the mesh: with a NaN or an infinite coordinate, without a direction, or with
+                `t_min > t_max`.
+            KeyboardInterrupt: On Ctrl-C.
+        """
+        return Explanation._of(self, origin, direction, (t_min, t_max), rule, progress)
 
     def render(
         self,

@@ -6,6 +6,7 @@ mod call;
 mod cluster;
 mod command;
 mod error;
+mod explanation;
 mod mesh;
 mod pool;
 mod render;
@@ -20,6 +21,8 @@ mod _native {
     use crate::command::main;
     #[pymodule_export]
     use crate::error::FormatError;
+    #[pymodule_export]
+    use crate::explanation::Explanation;
     #[pymodule_export]
     use crate::mesh::{Mesh, MeshArray};
     #[pymodule_export]
