@@ -84,7 +84,7 @@ class Picture {
     this.line(from, y, to, y, "axis");
     this.line(to, y, this.right - 8, y, "axis beyond");
     this.add("path", { d: `M${this.right},${y} l-11,-5 v10 z`, class: "axis-head" });
-    this.text(this.right - 4, y - 0.7 * this.em, "t", "name", "end");
+    this.text(this.right - 2, y + 1.2 * this.em, "t", "name", "end");
     return place;
   }
 
