@@ -37,6 +37,11 @@ rust:
 venv:
 	@tools/make_venv.sh $(VENV) requirements/dev.txt
 
+# Pages are tested in a Chromium.
+.PHONY: browser
+browser:
+	@tools/find_browser.sh >/dev/null
+
 .PHONY: release
 release: rust
 	cargo build --release --locked
@@ -57,7 +62,7 @@ demo: release ## generate a scan of 5.5 million triangles and render it
 	@python=$$(tools/find_python.sh) && "$$python" tools/demo.py "$(target_dir)/release/halfline"
 
 .PHONY: test
-test: native ## run all tests, Rust's and Python's
+test: browser native ## run all tests, Rust's and Python's
 	cargo test --locked --workspace
 	HALFLINE_BIN="$(target_dir)/debug/halfline" $(VENV)/bin/python -m pytest
 

@@ -2,68 +2,95 @@
 
 from __future__ import annotations
 
+import copy
 import io
 import json
 import subprocess
 import time
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
-from functools import cache
 from pathlib import Path
 from typing import Any
 
 import jsonschema
 import numpy as np
 import pytest
+from conftest import ROOT, Halfline
 from meshes import Floats, Shape, bumpy_sphere, gridded_cube
 from PIL import Image
 from playwright.sync_api import Browser, Page, sync_playwright
-from walk_model import Walk
-from walk_pages import ROOT, walk_page
+from walk_pages import WalkPage, explain
 
 Json = dict[str, Any]
 Open = Callable[..., "Shown"]
 
 
-def walk(shape: Shape, ray: list[float], **options: Any) -> Json:
-    """The walk of a ray, as ox, oy, oz, dx, dy, dz."""
-    origin, direction = np.array(ray[:3], dtype=float), np.array(ray[3:], dtype=float)
-    return Walk(shape, origin, direction, **options).explanation()
+def soup() -> Shape:
+    """Large triangles at random, one that holds a piece of the x axis, and one without area."""
+    random = np.random.default_rng(5)
+    centers = random.uniform(-2.0, 2.0, size=(40, 1, 3))
+    corners = centers + random.uniform(-2.0, 2.0, size=(40, 3, 3))
+    odd = [[[0.0, 0, 0], [1, 1, 0], [2, -1, 0]], [[0, 0, 0], [1, 1, 1], [2, 2, 2]]]
+    return loose([*corners.tolist(), *odd])
 
 
-@cache
-def sphere_walk() -> str:
-    shape = bumpy_sphere()
-    ray = [-2.0, -0.9, 0.4, 1.0, 0.5, -0.25]
-    return json.dumps(walk(shape, ray, few=4, maximum_depth=20))
+def fan() -> Shape:
+    """Triangles that share a corner, and so a leaf."""
+    ends = np.random.default_rng(0).normal(size=(300, 2, 3))
+    return loose(np.concatenate([np.zeros((300, 1, 3)), ends], axis=1).tolist())
 
 
-def hitting() -> Json:
-    """A walk with all three of the usual cases, several leaves and dropped cells."""
-    explanation: Json = json.loads(sphere_walk())
-    assert {"near only", "far only", "both"} <= {step.get("case") for step in explanation["steps"]}
-    assert any(step.get("is_entered") is False for step in explanation["steps"])
-    assert explanation["hit"]
-    return explanation
+def loose(corners: list[Any]) -> Shape:
+    """Triangles with corners of their own."""
+    vertices = np.array(corners, dtype=float).reshape(-1, 3)
+    return Shape(vertices, np.arange(len(vertices)).reshape(-1, 3))
 
 
-def along_a_plane() -> Json:
-    """A walk along the axis of a grid, within and beside planes."""
-    return walk(gridded_cube(8), [-3.0, 4.0, 4.5, 1.0, 0.0, 0.0])
+FLAT = loose([[[0.0, 0, 0], [1, 0, 0], [0, 1, 0]]])
+POINT = loose([[[1.0, 1, 1]] * 3])
+# For each walk a mesh, a ray and options of the command.
+WALKS: dict[str, tuple[Callable[[], Shape], str, list[str]]] = {
+    # Near only, far only and both; several leaves, a hit, and cells that are dropped.
+    "hitting": (bumpy_sphere, "-2,-0.9,0.4,1,0.5,-0.25", ["--rule", "middle"]),
+    "hitting, sah": (bumpy_sphere, "-2,-0.9,0.4,1,0.5,-0.25", ["--rule", "sah"]),
+    # Within planes and beside them, on either side.
+    "along a plane": (lambda: gridded_cube(8), "-3,4,4.5,1,0,0", ["--rule", "middle"]),
+    "missing": (bumpy_sphere, "-2,-1,-0.9,1,0.05,0.03", []),
+    "passing by": (bumpy_sphere, "-2,1.4,0.4,1,0.05,0", []),
+    "every verdict": (soup, "-5,0,0,1,0,0,4,6.2", []),
+    "many triangles": (fan, "-3,0.01,0.02,1,0,0", []),
+    "from afar": (bumpy_sphere, "-2e6,-0.9,0.4,1,0,0", ["--rule", "middle"]),
+    "no triangle": (lambda: loose([]), "0,0,0,1,0,0", []),
+    "flat, from above": (lambda: FLAT, "0.2,0.2,1000,0,0,-1", []),
+    "flat, within": (lambda: FLAT, "-1,0.2,0,1,0,0", []),
+    "flat, beside": (lambda: FLAT, "5,5,5,1,0,0", []),
+    "a point": (lambda: POINT, "1,1,0,0,0,1", []),
+    "from a point": (lambda: POINT, "1,1,1,0,0,1", []),
+}
 
 
-def missing() -> Json:
-    """A walk through many cells that hits nothing."""
-    return walk(bumpy_sphere(), [-2.0, -1.0, -0.9, 1.0, 0.05, 0.03], few=4, maximum_depth=20)
+class Walks:
+    """The command's pages of walks, each made once."""
+
+    def __init__(self, halfline: Halfline, folder: Path) -> None:
+        self.halfline = halfline
+        self.folder = folder
+        self.pages: dict[str, WalkPage] = {}
+
+    def __getitem__(self, name: str) -> WalkPage:
+        if name not in self.pages:
+            shape, ray, options = WALKS[name]
+            self.pages[name] = explain(self.halfline, self.folder, shape(), ray, *options)
+        return self.pages[name]
 
 
-def passing_by() -> Json:
-    """A walk that ends before it begins."""
-    return walk(bumpy_sphere(), [-2.0, 1.4, 0.4, 1.0, 0.05, 0.0])
+@pytest.fixture(scope="module")
+def walks(halfline: Halfline, tmp_path_factory: pytest.TempPathFactory) -> Walks:
+    return Walks(halfline, tmp_path_factory.mktemp("walks"))
 
 
-def moved(factor: float, offset: float) -> Json:
-    """The first walk with its mesh elsewhere, in other units."""
+def moved(page: WalkPage, factor: float, offset: float) -> WalkPage:
+    """The same walk with its mesh elsewhere, in other units."""
     places = {"origin", "bounds", "point", "point_on_ray", "point_on_face", "triangles", "scenery"}
     lengths = {"direction", "by", "distance"}
 
@@ -88,30 +115,15 @@ def moved(factor: float, offset: float) -> Json:
             for key, part in value.items()
         }
 
-    explanation: Json = visit(hitting())
-    return explanation
+    return page.showing(visit(page.explanation))
 
 
-def every_verdict() -> Json:
-    """One leaf with a triangle of every verdict."""
-    x = [2.0, 3.0, 8.0, -1.0]
-    upright = [[[t, -1, -1], [t, 2, -1], [t, -1, 2]] for t in x]
-    others = [
-        [[1.0, 1, 1], [1.0, 3, 1], [1.0, 1, 3]],
-        [[4.0, -1, 0], [6.0, -1, 0], [5.0, 2, 0]],
-        [[4.0, 1, 1], [5.0, 1, 1], [6.0, 1, 1]],
-    ]
-    vertices = np.array(upright + others, dtype=float).reshape(-1, 3)
-    faces = np.arange(len(vertices)).reshape(-1, 3)
-    shape = Shape(vertices, faces)
-    return walk(shape, [0.0, 0, 0, 1, 0, 0], few=100, t_min=-0.5, t_max=5.0)
-
-
-def long_walk(count: int) -> Json:
-    """A walk of many steps, from one step of each kind over and over."""
-    explanation = hitting()
+def long(page: WalkPage, count: int) -> WalkPage:
+    """A walk of many steps, from a push, a leaf and a pop over and over."""
+    explanation = copy.deepcopy(page.explanation)
     first, *steps, last = explanation["steps"]
     inner = next(step for step in steps if step["kind"] == "inner" and step["push"] is not None)
+    leaf = next(step for step in steps if step["kind"] == "leaf")
     pop = {
         "kind": "pop",
         "cell": inner["push"],
@@ -120,9 +132,8 @@ def long_walk(count: int) -> Json:
         "is_entered": True,
         "why": "the next cell along the half-line",
     }
-    leaf = next(step for step in steps if step["kind"] == "leaf")
     explanation["steps"] = [first, *[inner, leaf, pop] * ((count - 2) // 3), last]
-    return explanation
+    return page.showing(explanation)
 
 
 @dataclass
@@ -253,13 +264,14 @@ def show(browser: Browser, tmp_path: Path) -> Iterator[Open]:
     """Opens pages without a network; complaints and requests fail the test that made them."""
     opened: list[Shown] = []
 
-    def show(explanation: Json, title: str = "a walk", fragment: str = "", **options: Any) -> Shown:
+    def show(walk: WalkPage, fragment: str = "", **options: Any) -> Shown:
         path = tmp_path / f"walk-{len(opened)}.html"
-        path.write_text(walk_page(title, explanation), encoding="utf-8")
+        path.write_text(walk.text, encoding="utf-8")
         context = browser.new_context(
-            offline=True, **{"viewport": {"width": 1280, "height": 800}, **options}
+            offline=True,
+            **{"viewport": {"width": 1280, "height": 800}, "reduced_motion": "reduce", **options},
         )
-        shown = Shown(context.new_page(), explanation)
+        shown = Shown(context.new_page(), walk.explanation)
         shown.page.on("console", lambda said: shown.complaints.append(said.text))
         shown.page.on("pageerror", lambda error: shown.complaints.append(str(error)))
         shown.page.on("request", lambda request: shown.requests.append(request.url))
@@ -277,23 +289,32 @@ def show(browser: Browser, tmp_path: Path) -> Iterator[Open]:
         assert [url.partition("#")[0] for url in asked] == [address.partition("#")[0]]
 
 
-EXPLANATIONS = [hitting, along_a_plane, missing, passing_by, every_verdict]
-
-
-@pytest.mark.parametrize("explanation", EXPLANATIONS)
-def test_what_the_pages_are_made_of_follows_the_schema(explanation: Callable[[], Json]) -> None:
+@pytest.mark.parametrize("name", WALKS)
+def test_what_the_command_tells_follows_the_schema(walks: Walks, name: str) -> None:
     schema = json.loads((ROOT / "docs" / "explain.schema.json").read_text(encoding="utf-8"))
     jsonschema.Draft202012Validator.check_schema(schema)
     judge = jsonschema.Draft202012Validator(schema)
-    made = explanation()
+    told = dict(walks[name].explanation)
     # The scenery is for the page alone.
-    assert not judge.is_valid(made)
-    del made["scenery"]
-    judge.validate(made)
+    assert not judge.is_valid(told)
+    del told["scenery"]
+    judge.validate(told)
 
 
-def test_keys_step_forward_and_back(show: Open) -> None:
-    shown = show(hitting())
+def test_the_walks_are_of_many_kinds(walks: Walks) -> None:
+    def of(name: str, key: str) -> set[Any]:
+        return {step[key] for step in walks[name].explanation["steps"] if key in step}
+
+    assert {"near only", "far only", "both"} <= of("hitting", "case") & of("hitting, sah", "case")
+    assert of("hitting", "is_entered") == {True, False}
+    assert {"in plane", "parallel, below", "parallel, above"} <= of("along a plane", "case")
+    assert of("missing", "case")
+    assert walks["missing"].explanation["nearest_miss"]
+    assert of("passing by", "is_met") == {False}
+
+
+def test_keys_step_forward_and_back(show: Open, walks: Walks) -> None:
+    shown = show(walks["hitting"])
     last = len(shown.explanation["steps"]) - 1
     keys = shown.page.keyboard
     seen = [shown.step()]
@@ -303,8 +324,8 @@ def test_keys_step_forward_and_back(show: Open) -> None:
     assert seen == [0, 1, 2, 1, last, last, 0, 0]
 
 
-def test_buttons_step(show: Open) -> None:
-    shown = show(hitting())
+def test_buttons_step(show: Open, walks: Walks) -> None:
+    shown = show(walks["hitting"])
     last = len(shown.explanation["steps"]) - 1
     seen = []
     for name in ["forward", "forward", "back", "last", "first"]:
@@ -313,8 +334,8 @@ def test_buttons_step(show: Open) -> None:
     assert seen == [1, 2, 1, last, 0]
 
 
-def test_the_slider_steps(show: Open) -> None:
-    shown = show(hitting())
+def test_the_slider_steps(show: Open, walks: Walks) -> None:
+    shown = show(walks["hitting"])
     slider = shown.page.locator("#slider")
     assert slider.get_attribute("max") == str(len(shown.explanation["steps"]) - 1)
     slider.fill("7")
@@ -326,8 +347,8 @@ def test_the_slider_steps(show: Open) -> None:
     assert slider.input_value() == "0"
 
 
-def test_the_space_bar_plays_and_pauses(show: Open) -> None:
-    shown = show(hitting())
+def test_the_space_bar_plays_and_pauses(show: Open, walks: Walks) -> None:
+    shown = show(walks["hitting"])
     shown.page.keyboard.press(" ")
     assert shown.state("playing") == "true"
     shown.until("document.body.dataset.step === '1'")
@@ -338,8 +359,8 @@ def test_the_space_bar_plays_and_pauses(show: Open) -> None:
     assert shown.state("playing") == "false"
 
 
-def test_the_address_names_the_step(show: Open) -> None:
-    shown = show(hitting(), fragment="#step=6")
+def test_the_address_names_the_step(show: Open, walks: Walks) -> None:
+    shown = show(walks["hitting"], fragment="#step=6")
     assert shown.step() == 6
     shown.page.keyboard.press("ArrowRight")
     shown.until("location.hash === '#step=7'")
@@ -349,15 +370,15 @@ def test_the_address_names_the_step(show: Open) -> None:
 
 @pytest.mark.parametrize(("fragment", "step"), [("#step=99999", -1), ("#step=x", 0), ("#", 0)])
 def test_an_address_with_no_such_step_shows_one_that_there_is(
-    show: Open, fragment: str, step: int
+    show: Open, walks: Walks, fragment: str, step: int
 ) -> None:
-    shown = show(hitting(), fragment=fragment)
+    shown = show(walks["hitting"], fragment=fragment)
     assert shown.step() == step % len(shown.explanation["steps"])
 
 
-@pytest.mark.parametrize("explanation", [hitting, along_a_plane, missing])
-def test_every_step_shows_its_cell_and_case(show: Open, explanation: Callable[[], Json]) -> None:
-    shown = show(explanation(), reduced_motion="reduce")
+@pytest.mark.parametrize("name", ["hitting, sah", "along a plane", "missing"])
+def test_every_step_shows_its_cell_and_case(show: Open, walks: Walks, name: str) -> None:
+    shown = show(walks[name])
     cells = shown.explanation["cells"]
     stack: list[int] = []
     for number, step in enumerate(shown.explanation["steps"]):
@@ -400,8 +421,10 @@ def test_every_step_shows_its_cell_and_case(show: Open, explanation: Callable[[]
         shown.page.keyboard.press("ArrowRight")
 
 
-def test_the_lecture_picture_has_the_plane_on_its_side_of_the_interval(show: Open) -> None:
-    shown = show(hitting())
+def test_the_lecture_picture_has_the_plane_on_its_side_of_the_interval(
+    show: Open, walks: Walks
+) -> None:
+    shown = show(walks["hitting"])
     for case in ["near only", "far only", "both"]:
         shown.go(shown.first(case=case, plane_touched=False))
         plane = shown.page.locator("#picture line.plane").bounding_box()
@@ -428,8 +451,8 @@ def test_the_lecture_picture_has_the_plane_on_its_side_of_the_interval(show: Ope
         )
 
 
-def test_parallel_rays_have_pictures_of_their_own(show: Open) -> None:
-    shown = show(along_a_plane())
+def test_parallel_rays_have_pictures_of_their_own(show: Open, walks: Walks) -> None:
+    shown = show(walks["along a plane"])
     shown.go(shown.first(case="in plane"))
     picture = shown.picture_text()
     assert "above: push" in picture
@@ -454,27 +477,32 @@ def test_parallel_rays_have_pictures_of_their_own(show: Open) -> None:
     assert bar["y"] + bar["height"] < plane["y"] + plane["height"] / 2
 
 
-def test_a_leaf_lists_its_triangles_as_they_were_tested(show: Open) -> None:
-    shown = show(every_verdict())
-    step = shown.go(shown.first(kind="leaf"))
-    verdicts = {test["verdict"] for test in step["tests"]}
+def test_a_leaf_lists_its_triangles_as_they_were_tested(show: Open, walks: Walks) -> None:
+    shown = show(walks["every verdict"])
+    verdicts = set()
+    for number, step in enumerate(shown.explanation["steps"]):
+        if step["kind"] != "leaf":
+            continue
+        shown.go(number)
+        rows = shown.page.evaluate(
+            """() => [...document.querySelectorAll("#tests tbody tr")].map((row) =>
+              [...row.cells].map((cell) => cell.textContent.trim()).concat(
+                [...row.querySelectorAll("data")].map((data) => Number(data.value))))"""
+        )
+        assert len(rows) == len(step["tests"])
+        for row, test in zip(rows, step["tests"], strict=True):
+            verdicts.add(test["verdict"])
+            assert row[0] == str(test["face"])
+            assert row[1:4] == ["\N{MINUS SIGN}0+"[sign + 1] for sign in test["edge_signs"]]
+            assert row[4].endswith(" " + test["verdict"])
+            assert row[7:] == [value for value in (test["t"], test["by"]) if value is not None]
+            assert row[6].endswith(f"outside {test['edge']}" if test["edge"] else "")
     assert verdicts == {"hit", "farther", "beyond", "behind", "outside", "edge-on", "no area"}
-    rows = shown.page.evaluate(
-        """() => [...document.querySelectorAll("#tests tbody tr")].map((row) =>
-          [...row.cells].map((cell) => cell.textContent.trim()).concat(
-            [...row.querySelectorAll("data")].map((data) => Number(data.value))))"""
-    )
-    assert len(rows) == len(step["tests"])
-    for row, test in zip(rows, step["tests"], strict=True):
-        assert row[0] == str(test["face"])
-        assert row[1:4] == [
-            "+" if sign > 0 else "\N{MINUS SIGN}" if sign < 0 else "0"
-            for sign in test["edge_signs"]
-        ]
-        assert row[4].endswith(" " + test["verdict"])
-        assert row[7:] == [value for value in (test["t"], test["by"]) if value is not None]
-        assert row[6].endswith(f"outside {test['edge']}" if test["edge"] else "")
-    # A click looks at another triangle.
+
+
+def test_another_triangle_can_be_looked_at(show: Open, walks: Walks) -> None:
+    shown = show(walks["every verdict"])
+    step = shown.go(shown.first(kind="leaf"))
     outside = next(test for test in step["tests"] if test["verdict"] == "outside")
     before = shown.picture()
     shown.page.click(f"#tests tr[data-face='{outside['face']}']")
@@ -484,8 +512,8 @@ def test_a_leaf_lists_its_triangles_as_they_were_tested(show: Open) -> None:
     assert shown.page.locator("#picture line.crossed-edge").count() == 1
 
 
-def test_the_interval_is_drawn_in_the_colours_of_near_and_far(show: Open) -> None:
-    shown = show(hitting())
+def test_the_interval_is_drawn_in_the_colours_of_near_and_far(show: Open, walks: Walks) -> None:
+    shown = show(walks["hitting"])
     for case in ["near only", "far only", "both"]:
         step = shown.go(shown.first(case=case))
         split = min(max(step["t_split"], step["t_near"]), step["t_far"])
@@ -495,8 +523,8 @@ def test_the_interval_is_drawn_in_the_colours_of_near_and_far(show: Open) -> Non
             assert shown.is_mostly("far", shown.along_the_ray(split, step["t_far"]))
 
 
-def test_the_children_are_tinted_blue_and_orange(show: Open) -> None:
-    shown = show(hitting())
+def test_the_children_are_tinted_blue_and_orange(show: Open, walks: Walks) -> None:
+    shown = show(walks["hitting"])
     step = shown.go(shown.first(case="both"))
     near, far = (
         np.array(shown.explanation["cells"][step[role]]["bounds"]) for role in ("near", "far")
@@ -519,8 +547,8 @@ def test_the_children_are_tinted_blue_and_orange(show: Open) -> None:
 
 
 @pytest.mark.parametrize("kind", ["clip", "inner", "leaf", "pop"])
-def test_the_drawing_has_the_cell_of_the_step(show: Open, kind: str) -> None:
-    shown = show(hitting())
+def test_the_drawing_has_the_cell_of_the_step(show: Open, walks: Walks, kind: str) -> None:
+    shown = show(walks["hitting"])
     number = shown.first(kind="pop", is_entered=False) if kind == "pop" else shown.first(kind=kind)
     step = shown.go(number)
 
@@ -552,8 +580,8 @@ def test_the_drawing_has_the_cell_of_the_step(show: Open, kind: str) -> None:
     assert all(edges_in_bold(cell) < 8 for cell in strangers)
 
 
-def test_the_drawing_changes_from_step_to_step(show: Open) -> None:
-    shown = show(hitting(), reduced_motion="reduce")
+def test_the_drawing_changes_from_step_to_step(show: Open, walks: Walks) -> None:
+    shown = show(walks["hitting"])
     pictures = []
     for number in range(20):
         shown.go(number)
@@ -561,8 +589,8 @@ def test_the_drawing_changes_from_step_to_step(show: Open) -> None:
     assert len(set(pictures)) == len(pictures)
 
 
-def test_the_drawing_can_be_turned_moved_zoomed_and_reset(show: Open) -> None:
-    shown = show(hitting())
+def test_the_drawing_can_be_turned_moved_zoomed_and_reset(show: Open, walks: Walks) -> None:
+    shown = show(walks["hitting"])
     start = shown.picture()
     mouse = shown.page.mouse
 
@@ -589,8 +617,8 @@ def test_the_drawing_can_be_turned_moved_zoomed_and_reset(show: Open) -> None:
     assert shown.picture() == start
 
 
-def test_a_miss_shows_the_nearest_miss(show: Open) -> None:
-    shown = show(missing())
+def test_a_miss_shows_the_nearest_miss(show: Open, walks: Walks) -> None:
+    shown = show(walks["missing"])
     shown.page.keyboard.press("End")
     shown.settle()
     miss = shown.explanation["nearest_miss"]
@@ -611,8 +639,8 @@ def test_a_miss_shows_the_nearest_miss(show: Open) -> None:
     assert shown.page.locator("#picture line.gap").count() == 1
 
 
-def test_a_hit_is_told_at_the_end(show: Open) -> None:
-    shown = show(hitting())
+def test_a_hit_is_told_at_the_end(show: Open, walks: Walks) -> None:
+    shown = show(walks["hitting"])
     hit, counts = shown.explanation["hit"], shown.explanation["counts"]
     shown.page.keyboard.press("End")
     shown.settle()
@@ -628,8 +656,8 @@ def test_a_hit_is_told_at_the_end(show: Open) -> None:
     assert rows.nth(0).is_visible()
 
 
-def test_a_ray_that_passes_the_box_by(show: Open) -> None:
-    shown = show(passing_by())
+def test_a_ray_that_passes_the_box_by(show: Open, walks: Walks) -> None:
+    shown = show(walks["passing by"])
     assert len(shown.explanation["steps"]) == 2
     assert shown.text("#case strong") == "the box is missed"
     assert "nowhere: it leaves “in y”" in shown.picture_text()
@@ -642,9 +670,9 @@ def test_a_ray_that_passes_the_box_by(show: Open) -> None:
     ("factor", "offset"), [(1.0, 5.4e6), (1e-30, 0.0), (1e30, 0.0), (1e200, 0.0), (1e-200, 0.0)]
 )
 def test_scale_and_place_of_the_mesh_do_not_matter(
-    show: Open, factor: float, offset: float
+    show: Open, walks: Walks, factor: float, offset: float
 ) -> None:
-    shown = show(moved(factor, offset))
+    shown = show(moved(walks["hitting"], factor, offset))
     step = shown.go(shown.first(case="both"))
     assert shown.is_mostly("near", shown.along_the_ray(step["t_near"], step["t_split"]))
     assert shown.is_mostly("far", shown.along_the_ray(step["t_split"], step["t_far"]))
@@ -655,8 +683,8 @@ def test_scale_and_place_of_the_mesh_do_not_matter(
     assert np.abs(colors - shown.color("hit")).max(axis=1).min() < 40
 
 
-def test_numbers_that_differ_look_different(show: Open) -> None:
-    shown = show(walk(bumpy_sphere(), [-2e6, -0.9, 0.4, 1.0, 0.0, 0.0], few=4, maximum_depth=20))
+def test_numbers_that_differ_look_different(show: Open, walks: Walks) -> None:
+    shown = show(walks["from afar"])
     for number, step in enumerate(shown.explanation["steps"]):
         if step["kind"] == "inner" and step["t_split"] is not None:
             shown.go(number)
@@ -673,20 +701,12 @@ def test_numbers_that_differ_look_different(show: Open) -> None:
             assert len({rows[name] for name in ("t_near", "t_split", "t_far")}) == len(values)
 
 
-def test_flat_and_single_triangles_and_far_origins_are_drawn(show: Open) -> None:
-    flat = Shape(np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0]]), np.array([[0, 1, 2]]))
-    point = Shape(np.array([[1.0, 1, 1]] * 3), np.array([[0, 1, 2]]))
-    walks = [
-        walk(flat, [0.2, 0.2, 1000.0, 0, 0, -1]),
-        walk(flat, [-1.0, 0.2, 0.0, 1, 0, 0]),
-        walk(flat, [5.0, 5.0, 5.0, 1, 0, 0]),
-        walk(point, [1.0, 1.0, 0.0, 0, 0, 1]),
-        walk(point, [1.0, 1.0, 1.0, 0, 0, 1]),
-        walk(bumpy_sphere(), [-3000.0, 0.1, 0.2, 1, 0, 0]),
-    ]
-    for explanation in walks:
-        shown = show(explanation)
-        for number in range(len(explanation["steps"])):
+def test_flat_and_single_triangles_and_far_origins_are_drawn(show: Open, walks: Walks) -> None:
+    for name in WALKS:
+        if not name.startswith(("flat", "a point", "from")):
+            continue
+        shown = show(walks[name])
+        for number in range(len(shown.explanation["steps"])):
             shown.go(number)
             image = Image.open(io.BytesIO(shown.picture())).convert("RGB")
             # The middle, without the buttons, the legend and the axes.
@@ -694,18 +714,15 @@ def test_flat_and_single_triangles_and_far_origins_are_drawn(show: Open) -> None
             assert (middle != shown.color("canvas")).any(axis=2).sum() > 500
 
 
-def test_an_empty_mesh_has_a_page(show: Open) -> None:
-    explanation = passing_by()
-    explanation["mesh"] |= {"triangles": 0, "bounds": [[0.0] * 3] * 2}
-    explanation["cells"][0] |= {"triangles": 0, "bounds": [[0.0] * 3] * 2}
-    explanation |= {"nearest_miss": None, "triangles": {}, "scenery": []}
-    shown = show(explanation)
+def test_an_empty_mesh_has_a_page(show: Open, walks: Walks) -> None:
+    shown = show(walks["no triangle"])
+    assert "there are no triangles" in shown.picture_text()
     shown.page.keyboard.press("End")
     assert shown.text("#case strong") == "missed"
 
 
-def test_two_thousand_steps(show: Open) -> None:
-    shown = show(long_walk(2000), fragment="#step=1000")
+def test_two_thousand_steps(show: Open, walks: Walks) -> None:
+    shown = show(long(walks["hitting"], 2000), fragment="#step=1000")
     assert shown.step() == 1000
     for _ in range(20):
         shown.page.keyboard.press("ArrowRight")
@@ -722,19 +739,27 @@ def test_two_thousand_steps(show: Open) -> None:
     assert around["y"] <= box["y"] <= around["y"] + around["height"]
 
 
-def test_a_leaf_of_many_triangles(show: Open) -> None:
-    shown = show(walk(bumpy_sphere(), [-2.0, -0.9, 0.4, 1.0, 0.5, -0.25], few=5000))
-    step = shown.go(shown.first(kind="leaf"))
-    assert shown.page.locator("#tests tbody tr").count() == len(step["tests"]) == 2208
+def test_a_leaf_of_many_triangles(show: Open, walks: Walks) -> None:
+    shown = show(walks["many triangles"])
+    step = max(shown.explanation["steps"], key=lambda step: len(step.get("tests", [])))
+    shown.go(shown.explanation["steps"].index(step))
+    assert shown.page.locator("#tests tbody tr").count() == len(step["tests"]) > 200
 
 
-def test_titles_and_names_are_text(show: Open) -> None:
-    explanation = hitting()
+def test_the_name_of_a_file_is_text(show: Open, halfline: Halfline, tmp_path: Path) -> None:
+    name = "<img src=x onerror=alert(1)>&'\".ply"
+    shown = show(explain(halfline, tmp_path, FLAT, "0.2,0.2,1,0,0,-1", name=name))
+    assert name in shown.page.title()
+    assert name in shown.text("h1")
+
+
+def test_titles_and_names_are_text(show: Open, walks: Walks) -> None:
+    explanation = copy.deepcopy(walks["hitting"].explanation)
     evil = "<script>document.title = 'gone'</script></script><!-- & {{data}}"
     explanation["mesh"]["name"] = evil
     explanation["ending"] = evil
     explanation["steps"][0]["why"] = evil
-    shown = show(explanation, title=evil)
+    shown = show(walks["hitting"].showing(explanation, evil))
     assert shown.page.title() == evil
     assert shown.text("h1") == evil
     assert shown.text("#ending") == evil
@@ -742,8 +767,8 @@ def test_titles_and_names_are_text(show: Open) -> None:
 
 
 @pytest.mark.parametrize("size", [(1280, 800), (1920, 1080), (390, 844)])
-def test_it_fits_the_screen(show: Open, size: tuple[int, int]) -> None:
-    shown = show(hitting(), viewport={"width": size[0], "height": size[1]})
+def test_it_fits_the_screen(show: Open, walks: Walks, size: tuple[int, int]) -> None:
+    shown = show(walks["hitting"], viewport={"width": size[0], "height": size[1]})
     for number in (0, 1, shown.first(kind="leaf"), len(shown.explanation["steps"]) - 1):
         shown.go(number)
         assert shown.page.evaluate("document.documentElement.scrollWidth <= innerWidth")
@@ -761,10 +786,10 @@ def test_it_fits_the_screen(show: Open, size: tuple[int, int]) -> None:
         assert all(left >= -1 and right <= size[0] + 1 for left, right in texts)
 
 
-def test_dark_and_light(show: Open) -> None:
+def test_dark_and_light(show: Open, walks: Walks) -> None:
     grounds = []
     for scheme in ("light", "dark"):
-        shown = show(hitting(), color_scheme=scheme)
+        shown = show(walks["hitting"], color_scheme=scheme)
         shown.go(shown.first(case="both"))
         canvas = shown.color("canvas")
         grounds.append(sum(canvas))
@@ -774,14 +799,16 @@ def test_dark_and_light(show: Open) -> None:
     assert grounds[1] < 150
 
 
-def test_sharp_on_screens_with_small_pixels(show: Open) -> None:
-    shown = show(hitting(), device_scale_factor=2)
+def test_sharp_on_screens_with_small_pixels(show: Open, walks: Walks) -> None:
+    shown = show(walks["hitting"], device_scale_factor=2)
     widths = shown.page.evaluate("[drawing.width, drawing.clientWidth].map(Number)")
     assert widths[0] == 2 * widths[1]
 
 
-def test_a_finger_turns_the_drawing(show: Open) -> None:
-    shown = show(hitting(), viewport={"width": 390, "height": 844}, has_touch=True, is_mobile=True)
+def test_a_finger_turns_the_drawing(show: Open, walks: Walks) -> None:
+    shown = show(
+        walks["hitting"], viewport={"width": 390, "height": 844}, has_touch=True, is_mobile=True
+    )
     before = shown.picture()
     touch = shown.page.context.new_cdp_session(shown.page)
     for kind, x in [("touchStart", 100), ("touchMove", 150), ("touchMove", 200)]:
@@ -791,8 +818,8 @@ def test_a_finger_turns_the_drawing(show: Open) -> None:
     assert shown.picture() != before
 
 
-def test_the_fast_tree_is_told_beside(show: Open) -> None:
-    shown = show(hitting())
+def test_the_fast_tree_is_told_beside(show: Open, walks: Walks) -> None:
+    shown = show(walks["hitting"])
     shown.page.click("#engine summary")
     rows = shown.page.locator("#engine-steps tbody tr")
     assert rows.count() == len(shown.explanation["engine"]["steps"])
@@ -802,8 +829,8 @@ def test_the_fast_tree_is_told_beside(show: Open) -> None:
     assert shown.picture() != before
 
 
-def test_screen_readers_are_told_the_step(show: Open) -> None:
-    shown = show(hitting())
+def test_screen_readers_are_told_the_step(show: Open, walks: Walks) -> None:
+    shown = show(walks["hitting"])
     step = shown.go(3)
     live = shown.page.locator("[aria-live=polite]")
     assert step["why"] in live.inner_text()

@@ -222,7 +222,7 @@ class Drawing {
     for (const { test } of tests) {
       const { color, mark } = VERDICTS[test.verdict];
       const isSelected = test.face === this.selectedFace;
-      this.drawTriangle(test.face, color, isSelected);
+      this.drawTriangle(test.face, color, isSelected, tests.length > 60 ? 0.04 : 0.2);
       if (isSelected) this.nameCorners(test);
       const corners = this.triangles.get(test.face);
       if (corners && (tests.length <= 8 || isSelected || isHit(test))) {
@@ -233,12 +233,12 @@ class Drawing {
     }
   }
 
-  drawTriangle(face, color, isStrong) {
+  drawTriangle(face, color, isStrong, alpha = 0.2) {
     const corners = this.triangles.get(face);
     if (!corners) return;
-    this.brush.polygon(corners, color, isStrong ? 0.5 : 0.2);
+    this.brush.polygon(corners, color, isStrong ? 0.5 : alpha);
     const dash = color === "hit" || isStrong ? [] : [5, 3];
-    this.brush.outline(corners, color, isStrong ? 2.2 : 1.2, { dash });
+    this.brush.outline(corners, color, isStrong ? 2.2 : alpha < 0.2 ? 0.6 : 1.2, { dash });
   }
 
   /** a, b and c, and the edge that the ray passes outside of. */

@@ -133,14 +133,17 @@ class Picture {
 
   /** What becomes of the near and the far side, on either side of the plane at x. */
   zoneWords(x, y, [near, far]) {
-    const isWide = this.width > 34 * this.em;
-    const word = (role, fate) => (isWide ? `${role} side: ${fate}` : `${role}: ${fate}`);
-    const left = this.text(x - 10, y, word("near", near), "side text-near", "end");
-    const right = this.text(x + 10, y, word("far", far), "side text-far", "start");
-    // On a side that is too narrow a text is moved over the plane: then it goes one line lower.
-    const [a, b] = [left, right].map((text) => text.getBBox());
-    if (a.x + a.width > x) left.setAttribute("y", y + 1.1 * this.em);
-    if (b.x < x) right.setAttribute("y", y + 1.1 * this.em);
+    const left = this.text(x - 10, y, `near side: ${near}`, "side text-near", "end");
+    const right = this.text(x + 10, y, `far side: ${far}`, "side text-far", "start");
+    const isMoved = [() => left.getBBox().x + left.getBBox().width > x, () => right.getBBox().x < x];
+    // A text that is wider than its side was moved over the plane: say less, else one line lower.
+    for (const [k, text] of [left, right].entries()) {
+      if (!isMoved[k]()) continue;
+      text.textContent = text.textContent.replace(" side", "");
+      text.setAttribute("x", k === 0 ? Math.max(x - 10, text.getBBox().width + 2)
+        : Math.min(x + 10, this.right - text.getBBox().width));
+      if (isMoved[k]()) text.setAttribute("y", y + 1.1 * this.em);
+    }
   }
 
   /** A ray that never crosses the plane, or lies in it. */
@@ -188,9 +191,12 @@ class Picture {
   slabs(step) {
     const { ray, cells } = this.walk.data;
     const bounds = cells[0]?.bounds;
-    if (!isBox(bounds)) return;
+    if (!isBox(bounds)) {
+      this.text(this.right / 2, this.height / 2, "no box: there are no triangles", "side");
+      return;
+    }
     const parts = [...AXES.map((axis, k) => [`in ${axis}`, slabOf(ray, bounds, k)]),
-      ["ray’s t", [ray.t_min, ray.t_max ?? Infinity]]];
+      ["ray’s t", [ray.t_min ?? -Infinity, ray.t_max ?? Infinity]]];
     const met = parts.filter(([, part]) => part);
     const entered = met.reduce((a, b) => (b[1][0] > a[1][0] ? b : a));
     const first = met.reduce((a, b) => (b[1][1] < a[1][1] ? b : a));

@@ -169,6 +169,8 @@ class Camera {
       from = Math.max(from, Math.min(...ends));
       to = Math.min(to, Math.max(...ends));
     }
+    // A line that is seen as a point has no end on the screen, yet needs some.
+    [from, to] = [Math.max(from, -1e300), Math.min(to, 1e300)];
     return from <= to ? [from, to] : null;
   }
 }

@@ -6,7 +6,7 @@ Object.assign(Drawing.prototype, {
     const { brush, frame, walk } = this;
     const { t_min, t_max } = walk.data.ray;
     const place = (distance) => add(frame.origin, scaled(frame.direction, distance));
-    const begin = frame.distance(t_min);
+    const begin = t_min === null ? -Infinity : frame.distance(t_min);
     const end = t_max === null ? Infinity : frame.distance(t_max);
     const visible = this.camera.visiblePart(begin, end);
     if (visible) {
@@ -16,7 +16,7 @@ Object.assign(Drawing.prototype, {
       this.drawArrow(from, to);
     }
     const before = this.camera.visiblePart(0, begin);
-    if (t_min > 0 && before) brush.line(before.map(place), "ray", 1.2, { dash: [2, 5] });
+    if (begin > 0 && before) brush.line(before.map(place), "ray", 1.2, { dash: [2, 5] });
     for (const [interval, color] of this.intervals(step)) {
       const part = interval && this.camera.visiblePart(...interval.map((t) => frame.distance(t)));
       if (!part) continue;
@@ -99,7 +99,7 @@ Object.assign(Drawing.prototype, {
       brush.line(miss, "far", 3, { dash: [6, 4] });
       miss.forEach((p) => brush.dot(p, 4.5, "far"));
       const { face, distance } = walk.data.nearest_miss;
-      brush.label(miss[1], `nearest: face ${face}, by ${formatNumber(distance, 3)}`, "far",
+      brush.label(miss[1], `nearest: face ${face}, by ${formatNumber(distance)}`, "far",
         { importance: 6, size: 1.05, weight: 700 });
     }
   },

@@ -117,7 +117,10 @@ function formatter(values) {
 function formatNumber(value, digits = 6) {
   if (value === null || value === undefined) return "∞";
   if (Number.isNaN(value)) return "not a number";
-  return String(Number(value.toPrecision(digits))).replace("e+", "e").replaceAll("-", "−");
+  const rounded = Number(value.toPrecision(digits));
+  const isSmall = rounded !== 0 && Math.abs(rounded) < 1e-4;
+  const text = isSmall ? rounded.toExponential() : String(rounded);
+  return text.replace("e+", "e").replaceAll("-", "−");
 }
 
 const formatCount = (count) => String(count).replace(/\B(?=(\d{3})+$)/g, ",");

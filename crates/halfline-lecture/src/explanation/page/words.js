@@ -225,7 +225,8 @@ class Words {
       ? `Of ${formatCount(mesh.triangles)} triangles the textbook tree tests ${share("textbook")} %, `
         + `the fast tree ${share("engine")} %.`
       : "The mesh has no triangles.";
-    const range = `t from ${formatNumber(ray.t_min)} to ${formatNumber(ray.t_max)}`;
+    const first = ray.t_min === null ? "−∞" : formatNumber(ray.t_min);
+    const range = `t from ${first} to ${formatNumber(ray.t_max)}`;
     byId("setting").textContent = `Ray from ${formatPosition(ray.origin)} along `
       + `${formatPosition(ray.direction)}, ${range}. Textbook tree: planes by ${ruleWords(tree.rule)}, `
       + `at most ${tree.few_triangles} triangles in a leaf or ${tree.maximum_depth} levels.`;
