@@ -59,7 +59,9 @@ WALKS: dict[str, tuple[Callable[[], Shape], str, list[str]]] = {
     "passing by": (bumpy_sphere, "-2,1.4,0.4,1,0.05,0", []),
     "every verdict": (soup, "-5,0,0,1,0,0,4,6.2", []),
     "many triangles": (fan, "-3,0.01,0.02,1,0,0", []),
-    "from afar": (bumpy_sphere, "-2e6,-0.9,0.4,1,0,0", ["--rule", "middle"]),
+    "afar": (bumpy_sphere, "-2e6,-0.9,0.4,1,0,0", ["--rule", "middle"]),
+    # It would cross planes of y where t is beyond all doubles.
+    "nearly parallel": (bumpy_sphere, "-2,0.1,0.2,1,1e-320,0", ["--rule", "middle"]),
     "no triangle": (lambda: loose([]), "0,0,0,1,0,0", []),
     "flat, from above": (lambda: FLAT, "0.2,0.2,1000,0,0,-1", []),
     "flat, within": (lambda: FLAT, "-1,0.2,0,1,0,0", []),
@@ -554,24 +556,19 @@ def test_the_drawing_has_the_cell_of_the_step(show: Open, walks: Walks, kind: st
 
     def edges_in_bold(cell: int) -> int:
         bounds = np.array(shown.explanation["cells"][cell]["bounds"])
-        bold = 0
+        lines = []
         for axis in range(3):
             for one, other in np.ndindex(2, 2):
-                ends = np.stack([bounds[[one, one, other]][:, 0]] * 2)
-                first, second = (axis + 1) % 3, (axis + 2) % 3
-                ends[:, axis] = bounds[:, axis]
-                ends[:, first] = bounds[one, first]
-                ends[:, second] = bounds[other, second]
-                line = [
-                    (ends[0] + share * (ends[1] - ends[0])).tolist() for share in (0.3, 0.5, 0.7)
-                ]
-                wide = [
-                    (np.abs(colors - shown.color("current")).max(axis=1) < 40).sum() >= 6
-                    for colors in shown.pixels(line)
-                    if len(colors)
-                ]
-                bold += any(wide)
-        return bold
+                ends = bounds.copy()
+                ends[:, (axis + 1) % 3] = bounds[one, (axis + 1) % 3]
+                ends[:, (axis + 2) % 3] = bounds[other, (axis + 2) % 3]
+                lines += [ends[0] + share * (ends[1] - ends[0]) for share in (0.3, 0.5, 0.7)]
+        current = shown.color("current")
+        is_bold = [
+            bool((np.abs(colors - current).max(axis=1) < 40).sum() >= 6)
+            for colors in shown.pixels([line.tolist() for line in lines])
+        ]
+        return int(np.reshape(is_bold, (12, 3)).any(axis=1).sum())
 
     # Nine edges are seen; the other three are dotted.
     assert edges_in_bold(step["cell"]) >= 8
@@ -684,7 +681,7 @@ def test_scale_and_place_of_the_mesh_do_not_matter(
 
 
 def test_numbers_that_differ_look_different(show: Open, walks: Walks) -> None:
-    shown = show(walks["from afar"])
+    shown = show(walks["afar"])
     for number, step in enumerate(shown.explanation["steps"]):
         if step["kind"] == "inner" and step["t_split"] is not None:
             shown.go(number)
@@ -701,17 +698,29 @@ def test_numbers_that_differ_look_different(show: Open, walks: Walks) -> None:
             assert len({rows[name] for name in ("t_near", "t_split", "t_far")}) == len(values)
 
 
-def test_flat_and_single_triangles_and_far_origins_are_drawn(show: Open, walks: Walks) -> None:
-    for name in WALKS:
-        if not name.startswith(("flat", "a point", "from")):
-            continue
-        shown = show(walks[name])
-        for number in range(len(shown.explanation["steps"])):
-            shown.go(number)
-            image = Image.open(io.BytesIO(shown.picture())).convert("RGB")
-            # The middle, without the buttons, the legend and the axes.
-            middle = np.asarray(image)[100:-100, 150:-150]
-            assert (middle != shown.color("canvas")).any(axis=2).sum() > 500
+ODD = ["flat, from above", "flat, within", "flat, beside", "a point", "from a point", "afar"]
+
+
+@pytest.mark.parametrize("name", ODD)
+def test_flat_and_single_triangles_and_far_origins_are_drawn(
+    show: Open, walks: Walks, name: str
+) -> None:
+    shown = show(walks[name])
+    last = len(shown.explanation["steps"]) - 1
+    for number in {0, 1, last // 2, last}:
+        shown.go(number)
+        image = Image.open(io.BytesIO(shown.picture())).convert("RGB")
+        # The middle, without the buttons, the legend and the axes.
+        middle = np.asarray(image)[100:-100, 150:-150]
+        assert (middle != shown.color("canvas")).any(axis=2).sum() > 500
+
+
+def test_planes_that_are_infinitely_far_along_the_ray(show: Open, walks: Walks) -> None:
+    shown = show(walks["nearly parallel"])
+    step = shown.go(shown.first(case="near only", t_split=None))
+    assert float(shown.numbers()["t_split"]) == np.inf
+    assert "t_split = ∞" in shown.picture_text()
+    assert shown.is_mostly("near", shown.along_the_ray(step["t_near"], step["t_far"]))
 
 
 def test_an_empty_mesh_has_a_page(show: Open, walks: Walks) -> None:

@@ -74,8 +74,9 @@ class Picture {
     const margin = (to - from) * 0.36;
     const squeezed = (beyond) => margin * (0.25 + 0.75 * (1 - 1 / (1 + beyond)));
     const place = (t) => {
+      if (span === Infinity) return t <= low ? from : t >= high ? to : middle;
       if (!(span > 0)) return t < low ? middle - margin : t > high ? middle + margin : middle;
-      if (t < low) return from - squeezed((low - t) / span);
+      if (t < low) return t === -Infinity ? from - margin : from - squeezed((low - t) / span);
       if (t > high) return t === Infinity ? to + margin : to + squeezed((t - high) / span);
       return from + (to - from) * ((t - low) / span);
     };

@@ -1,10 +1,28 @@
 // What the walk's steps add up to: the stack, the best hit and the cells seen after each of them.
 
+/** True for an inner step whose ray never crosses the plane. */
+const isParallel = (step) => step.case === "in plane" || step.case.startsWith("parallel");
+
+/** A step with the infinite t that JSON cannot hold. */
+function withInfinities(step) {
+  if (step.kind === "clip" || step.kind === "end") return step;
+  const ends = ([from, to]) => [from ?? -Infinity, to ?? Infinity];
+  const [t_near, t_far] = ends([step.t_near, step.t_far]);
+  if (step.kind !== "inner") return { ...step, t_near, t_far };
+  const t_split = step.t_split === null && !isParallel(step)
+    ? { "near only": Infinity, "far only": -Infinity }[step.case] ?? t_far : step.t_split;
+  return {
+    ...step, t_near, t_far, t_split,
+    enter_interval: ends(step.enter_interval),
+    push_interval: step.push_interval && ends(step.push_interval),
+  };
+}
+
 /** Everything that the page asks about a walk, ready to be asked about any step. */
 class Walk {
   constructor(data) {
     this.data = data;
-    this.steps = data.steps;
+    this.steps = data.steps.map(withInfinities);
     this.cells = data.cells;
     this.after = [];
     this.leafSteps = [];
@@ -117,6 +135,7 @@ function formatter(values) {
 function formatNumber(value, digits = 6) {
   if (value === null || value === undefined) return "∞";
   if (Number.isNaN(value)) return "not a number";
+  if (Math.abs(value) === Infinity) return value < 0 ? "−∞" : "∞";
   const rounded = Number(value.toPrecision(digits));
   const isSmall = rounded !== 0 && Math.abs(rounded) < 1e-4;
   const text = isSmall ? rounded.toExponential() : String(rounded);
