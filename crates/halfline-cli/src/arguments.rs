@@ -4,7 +4,7 @@ use clap::builder::Styles;
 use clap::builder::styling::AnsiColor;
 use clap::{Parser, Subcommand};
 
-use crate::commands::{build, doctor, generate, info, query, render};
+use crate::commands::{build, doctor, generate, info, query, render, study};
 use crate::global_options::GlobalOptions;
 
 const EXAMPLES: &str = "\
@@ -14,6 +14,7 @@ Examples:
   halfline doctor scan.ply                       whether it is closed, and rays find no gap
   halfline query scan.ply rays.npy -o hits.npz   where a million rays hit
   halfline build scan.ply -o scan.hlt            its tree, which all of these open at once
+  halfline study --quick                         how cost grows with n, as a report
   halfline generate sphere -n 100000 -o s.ply    a mesh to try things on
 
 Meshes: PLY (also .ply.gz), STL, OBJ, OFF, glTF, GLB, and trees: .hlt.
@@ -50,6 +51,8 @@ pub enum Command {
     Doctor(doctor::Options),
     /// Cast the rays of a NumPy file at a mesh
     Query(query::Options),
+    /// Measure what a ray costs, as meshes grow
+    Study(study::Options),
     /// Build a mesh's kd-tree, as a file that takes the mesh's place
     Build(build::Options),
     /// Make a mesh to try things on

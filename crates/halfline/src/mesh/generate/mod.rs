@@ -20,7 +20,7 @@ mod hall_structure;
 mod layers;
 mod mount;
 mod noise;
-pub(crate) mod random;
+pub mod random;
 mod rings;
 mod scan;
 mod soup;
