@@ -55,7 +55,7 @@ pub struct Options {
     sizes: Vec<usize>,
 
     /// Seconds that each of the textbook's trees may take to build; those that would take longer are left
-    /// out [default: 45, or 1.2 with --quick]
+    /// out [default: 45, or 1 with --quick]
     #[arg(long, value_name = "SECONDS", value_parser = values::within(0.0, f64::INFINITY, false))]
     budget: Option<f64>,
 

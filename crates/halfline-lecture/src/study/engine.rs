@@ -44,9 +44,9 @@ impl Engine {
     pub const fn title(self) -> &'static str {
         match self {
             Engine::BruteForce => "brute force",
-            Engine::Middle => "textbook, middle",
-            Engine::Median => "textbook, median",
-            Engine::SurfaceArea => "textbook, SAH",
+            Engine::Middle => "textbook middle",
+            Engine::Median => "textbook median",
+            Engine::SurfaceArea => "textbook SAH",
             Engine::Fast => "halfline",
         }
     }

@@ -1,14 +1,16 @@
 //! What a study found out, in sentences.
 
-use super::budget::Refusal;
 use super::cache::DEARER;
-use super::csv::note;
 use super::engine::Engine;
 use super::fit::{Fits, percent};
 use super::growth::Quantity;
+use super::measure::Measurement;
 use super::speedup::SpeedUp;
 use super::units::{bytes, count, figure, nanoseconds};
 use super::{FamilyStudy, LECTURE_SIZES, Study};
+
+/// Of whom sentences tell: halfline, and the best of the textbook's trees.
+const BEST: [Engine; 2] = [Engine::Fast, Engine::SurfaceArea];
 
 /// One thing that was found out.
 #[derive(Clone, Debug, PartialEq)]
@@ -46,7 +48,7 @@ impl Study {
 
     fn speed_up_text(&self, family: &FamilyStudy) -> Option<String> {
         let told = |n: usize| {
-            let all = [Engine::Fast, Engine::SurfaceArea].map(|engine| family.speed_up(engine, n));
+            let all = BEST.map(|engine| family.speed_up(engine, n));
             let [fast, textbook] = all;
             let fast = fast?;
             let mut text = format!(
@@ -67,8 +69,7 @@ impl Study {
             Some(text)
         };
         let texts: Vec<String> = LECTURE_SIZES.into_iter().filter_map(told).collect();
-        (!texts.is_empty())
-            .then(|| sentence(&format!("{}: {}", family.family.name(), texts.join("; "))))
+        (!texts.is_empty()).then(|| format!("{}: {}.", family.family.name(), texts.join("; ")))
     }
 
     fn share_text(&self) -> Option<String> {
@@ -94,51 +95,44 @@ impl Study {
         let told = |engine: Engine| {
             let found = family.cache_end(engine)?;
             let (largest, factor) = found.largest;
-            let name = engine.title();
+            let (name, floor) = (engine.title(), nanoseconds(found.floor));
             Some(match found.end {
                 Some(end) => format!(
-                    "From {} on ({}) a visit costs {name} more than {} times its least, {}: at {} \
-                     triangles {} times. That is memory, not the algorithm.",
+                    "{name}: from {} on ({caches}) a visit costs more than {DEARER} times its least, \
+                     {floor}; at {} triangles {} times. That is memory, not the algorithm.",
                     bytes(end.bytes),
-                    caches,
-                    DEARER,
-                    nanoseconds(found.floor),
                     count(largest),
                     figure(factor)
                 ),
                 None => format!(
-                    "Up to {} triangles no visit costs {name} {DEARER} times its least, {}.",
-                    count(largest),
-                    nanoseconds(found.floor)
+                    "{name}: up to {} triangles no visit costs {DEARER} times its least, {floor}.",
+                    count(largest)
                 ),
             })
         };
-        let told: Vec<String> =
-            [Engine::Fast, Engine::SurfaceArea].into_iter().filter_map(told).collect();
+        let told: Vec<String> = BEST.into_iter().filter_map(told).collect();
         (!told.is_empty()).then(|| told.join(" "))
     }
 
     fn left_out_text(&self) -> Option<String> {
-        let mut parts = Vec::new();
-        for family in &self.families {
-            for engine in Engine::ALL {
-                let first = family.samples.iter().find_map(|sample| {
-                    let refused = sample.measurements.iter().find(|m| m.engine == engine)?;
-                    Some((sample.triangles, refused.refusal?))
-                });
-                if let Some((triangles, refusal)) = first {
-                    let name = family.family.name();
-                    parts.push(format!(
-                        "{name}, {} from {} on ({})",
-                        engine.title(),
-                        count(triangles),
-                        reason(refusal)
-                    ));
-                }
-            }
-        }
-        (!parts.is_empty())
-            .then(|| format!("Trees too long to build, or too large: {}.", parts.join("; ")))
+        let of_family = |family: &FamilyStudy| {
+            let first = |engine: Engine| {
+                let refused = family.samples.iter().find(|sample| {
+                    let is_refused = |m: &Measurement| m.engine == engine && m.refusal.is_some();
+                    sample.measurements.iter().any(is_refused)
+                })?;
+                Some(format!("{} from {}", engine.title(), count(refused.triangles)))
+            };
+            let all: Vec<String> = Engine::ALL.into_iter().filter_map(first).collect();
+            (!all.is_empty()).then(|| format!("{}: {}", family.family.name(), all.join(", ")))
+        };
+        let all: Vec<String> = self.families.iter().filter_map(of_family).collect();
+        (!all.is_empty()).then(|| {
+            format!(
+                "Trees that would take too long to build, or too much memory: {}.",
+                all.join("; ")
+            )
+        })
     }
 }
 
@@ -150,14 +144,11 @@ impl FamilyStudy {
             let steps = verdict(Quantity::Steps)?;
             let triangles = verdict(Quantity::Triangles)?;
             let time = verdict(Quantity::Time)?;
-            Some(format!(
-                "{}: of steps {steps}; of triangles {triangles}; of time {time}.",
-                engine.title()
-            ))
+            let name = engine.title();
+            Some(format!("{name}: steps: {steps}; triangles: {triangles}; time: {time}."))
         };
-        let told: Vec<String> =
-            [Engine::Fast, Engine::SurfaceArea].into_iter().filter_map(told).collect();
-        (!told.is_empty()).then(|| sentence(&told.join(" ")))
+        let told: Vec<String> = BEST.into_iter().filter_map(told).collect();
+        (!told.is_empty()).then(|| told.join(" "))
     }
 
     /// What theory says about random triangles, and whether it is so.
@@ -169,22 +160,19 @@ impl FamilyStudy {
             points.retain(|&(n, _)| n >= FROM);
             (points.len() >= 3).then_some(points)
         };
-        let [tests, steps, time] =
-            [Quantity::Triangles, Quantity::Steps, Quantity::Time].map(large);
-        let (tests, steps, time) = (tests?, steps?, time?);
+        let (tests, steps) = (large(Quantity::Triangles)?, large(Quantity::Steps)?);
+        let time = large(Quantity::Time)?;
         let rise = |points: &[(f64, f64)]| points[points.len() - 1].1 / points[0].1;
         let [from, to] = [tests[0].0, tests[tests.len() - 1].0].map(|n| count(n as usize));
-        let agrees = match rise(&tests) {
-            rise if (rise - 1.0).abs() < 0.1 => "as theory has it",
-            _ => {
-                "which theory does not explain: these sizes are not large enough, or the tree is not ideal"
-            }
+        let verdict = match (rise(&tests) - 1.0).abs() < 0.15 {
+            true => "so it is",
+            false => "that is not yet so here, or not with this tree",
         };
         Some(format!(
-            "In a uniform soup a ray is expected to test the same number of triangles, however many there \
-             are (Cleary and Wyvill 1988; Szirmay-Kalos and Márton 1998); only the way down to the first \
-             leaf is longer in a deeper tree, like log n. From {from} to {to} triangles halfline's tests \
-             change {} times, {agrees}; its steps rise {} times, its time {} times. What time rises more \
+            "In theory a ray through a uniform soup tests as many triangles in a large one as in a small \
+             one (Cleary and Wyvill 1988; Szirmay-Kalos and Márton 1998); only the way down to the first \
+             leaf is longer in a deeper tree, like log n. From {from} to {to} triangles {verdict}: halfline \
+             tests {} times as many, in {} times the steps. Its time rises {} times: what that is more \
              than steps is memory.",
             figure(rise(&tests)),
             figure(rise(&steps)),
@@ -203,11 +191,6 @@ pub fn law_in_short(fits: &Fits) -> String {
     format!("{} ±{}", names.join(" or "), percent(best.deviation))
 }
 
-/// Why there is no tree, without saying that there is none.
-fn reason(refusal: Refusal) -> String {
-    note(refusal).trim_start_matches("not built: ").to_owned()
-}
-
 /// What is not measured of the two.
 fn reservation(speed_up: &SpeedUp) -> &'static str {
     match (speed_up.brute.extrapolated, speed_up.tree.extrapolated) {
@@ -221,10 +204,4 @@ fn reservation(speed_up: &SpeedUp) -> &'static str {
 /// 0.9991 as `99.9 %`.
 pub fn percent_of(share: f64) -> String {
     format!("{:.1} %", share * 100.0)
-}
-
-/// With a capital letter and a full stop, but names as they are.
-fn sentence(text: &str) -> String {
-    let end = if text.ends_with('.') { "" } else { "." };
-    format!("{text}{end}")
 }

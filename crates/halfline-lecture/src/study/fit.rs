@@ -138,8 +138,14 @@ impl Fits {
         let supported = self.supported();
         match supported {
             [best] => {
-                let next = self.ranked.get(1).map(told).unwrap_or_default();
-                format!("{} holds; next {next}", told(best))
+                let next = &self.ranked[1];
+                format!(
+                    "{} holds (±{}), {} next (±{})",
+                    best.law.name(),
+                    percent(best.deviation),
+                    next.law.name(),
+                    percent(next.deviation)
+                )
             }
             [rest @ .., last] => {
                 let rest: Vec<String> = rest.iter().map(told).collect();
@@ -293,7 +299,7 @@ mod tests {
         let fits = Fits::to(&measured(|n| n, 0.0, 0)).unwrap();
         assert_eq!((fits.best().law, fits.supported().len()), (Law::Linear, 1));
         assert!(
-            fits.verdict().starts_with("n (±0 %) holds; next n^(1/2) (±"),
+            fits.verdict().starts_with("n holds (±0 %), n^(1/2) next (±"),
             "{}",
             fits.verdict()
         );

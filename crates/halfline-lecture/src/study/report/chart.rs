@@ -110,14 +110,25 @@ impl Axis {
             .collect()
     }
 
-    /// Few decades have numbers at other ticks too.
+    /// True if so few decades need numbers at other ticks too; all numbers are plain then.
+    fn is_short(&self) -> bool {
+        self.high / self.low < 1.2e3
+    }
+
     fn is_labelled(&self, value: f64, is_decade: bool) -> bool {
-        if is_decade || self.high / self.low > 1.2e3 {
-            return is_decade;
+        let lead = value / 10f64.powf((value * (1.0 + 1e-9)).log10().floor());
+        is_decade || self.is_short() && [2.0, 5.0].iter().any(|l| (lead - l).abs() < 1e-6)
+    }
+
+    fn number(&self, value: f64) -> Markup {
+        let exponent = value.log10().round() as i32;
+        html! {
+            @if self.is_short() || exponent == 0 || exponent == 1 {
+                (format!("{value:.*}", (-value.log10().floor()).max(0.0) as usize))
+            } @else {
+                "10" tspan dy="-4.5" font-size="8.5" { (exponent.to_string().replace('-', "−")) }
+            }
         }
-        let lead = value / 10f64.powf(value.log10().floor() + 1e-9).round().max(f64::MIN_POSITIVE);
-        let lead = if value < 1.0 { value / 10f64.powf(value.log10().floor()) } else { lead };
-        [2.0, 5.0].iter().any(|l| (lead - l).abs() < 0.01)
     }
 }
 
@@ -211,7 +222,7 @@ impl Chart {
             path d=(format!("M{x} {bottom}V{end}")) stroke=(INK) stroke-width="0.8" {}
             @if self.x.is_labelled(value, is_decade) {
                 text x=(x) y=(number(bottom + 19.0)) font-size="11" text-anchor="middle" fill=(INK) {
-                    (power_of_ten(value))
+                    (self.x.number(value))
                 }
             }
         }
@@ -228,7 +239,7 @@ impl Chart {
             path d=(format!("M{start} {y}H{left}")) stroke=(INK) stroke-width="0.8" {}
             @if self.y.is_labelled(value, is_decade) {
                 text x=(left - 9.0) y=(number(self.py(value) + 4.0)) font-size="11" text-anchor="end" fill=(INK) {
-                    (power_of_ten(value))
+                    (self.y.number(value))
                 }
             }
         }
@@ -298,7 +309,7 @@ impl Chart {
                 text x=(number(right + 20.0)) y=(number(y + 3.8)) font-size="11" fill=(INK) {
                     (series.label)
                     @if !series.note.is_empty() {
-                        tspan fill=(GREY) { " " (series.note) }
+                        " " (note(&series.note))
                     }
                 }
             }
@@ -348,20 +359,13 @@ pub fn number(value: f64) -> String {
     text.strip_suffix(".0").map_or(text.clone(), str::to_owned)
 }
 
-/// `1`, `10`, and from there on with a superscript; numbers between decades as they are.
-fn power_of_ten(value: f64) -> Markup {
-    let exponent = value.log10().round() as i32;
-    let is_decade = (value / 10f64.powi(exponent) - 1.0).abs() < 1e-9;
+/// `n^(1/3)` as it is printed.
+fn note(text: &str) -> Markup {
+    let (base, power) = text.split_once("^(").unwrap_or((text, ""));
     html! {
-        @if is_decade && !(0..=1).contains(&exponent) {
-            "10" tspan dy="-4.5" font-size="8.5" { (exponent.to_string().replace('-', "−")) }
-        } @else if value < 1000.0 && value >= 1.0 {
-            (format!("{value:.0}"))
-        } @else if value < 1.0 {
-            (format!("{value}"))
-        } @else {
-            @let lead = value / 10f64.powf(value.log10().floor());
-            (format!("{lead:.0}·10")) tspan dy="-4.5" font-size="8.5" { (format!("{:.0}", value.log10().floor())) }
+        tspan fill=(GREY) { (base) }
+        @if !power.is_empty() {
+            tspan dy="-4" font-size="8" fill=(GREY) { (power.trim_end_matches(')')) }
         }
     }
 }

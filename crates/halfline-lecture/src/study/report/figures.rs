@@ -160,11 +160,10 @@ const fn short(engine: Engine) -> &'static str {
     }
 }
 
+/// A law with little room.
 fn law_note(law: Law) -> String {
     match law {
         Law::Constant => "const.".into(),
-        Law::CubeRoot => "n^⅓".replace('^', ""),
-        Law::SquareRoot => "n^½".replace('^', ""),
         law => law.name().into(),
     }
 }

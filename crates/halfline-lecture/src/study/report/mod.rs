@@ -11,7 +11,7 @@ use maud::{DOCTYPE, Markup, PreEscaped, html};
 use super::Study;
 use super::cache::DEARER;
 use super::stopwatch::COUNTS_PROCESSOR_TIME;
-use super::units::{bytes, count, utc};
+use super::units::{bytes, count, nanoseconds, utc};
 use chart::Chart;
 use figures::{BUILD, BYTES, Figure, STEPS, TESTS, TIME, cache_panels, inline, share_bars};
 
@@ -60,7 +60,7 @@ pub fn html(study: &Study, origin: &Origin) -> String {
                 h2 { "Findings" }
                 dl.findings {
                     @for finding in study.findings() {
-                        dt { (finding.topic) } dd { (finding.text) }
+                        dt { (finding.topic) } dd { (powers(&finding.text)) }
                     }
                 }
                 h2 { "Time" }
@@ -102,6 +102,21 @@ pub fn html(study: &Study, origin: &Origin) -> String {
     page.into_string()
 }
 
+/// `n^(1/3)` as it is printed.
+fn powers(text: &str) -> Markup {
+    let mut parts = text.split("^(");
+    let first = parts.next().unwrap_or_default();
+    html! {
+        (first)
+        @for part in parts {
+            @match part.split_once(')') {
+                Some((power, rest)) => { sup { (power.replace('-', "−")) } (rest) },
+                None => { "^(" (part) },
+            }
+        }
+    }
+}
+
 fn caches(study: &Study) -> String {
     let told = |cache: &super::Cache| format!("L{} {}", cache.level, bytes(cache.bytes as f64));
     match study.machine.caches.is_empty() {
@@ -132,10 +147,10 @@ fn share_caption(study: &Study) -> Markup {
         b { "The lecture's three tasks. " }
         "How the time of one picture is divided: " (count(first.triangles)) " triangles, "
         (width) " × " (height) " pixels, " (count(first.rays as usize)) " rays with those to lamps, \
-        Whitted's shading, one thread. Seconds of a picture: "
+        Whitted's shading, one thread. A picture takes: "
         @for (i, shares) in study.shares.iter().enumerate() {
             @if i > 0 { ", " }
-            (shares.engine.title()) " " (format!("{:.3}", shares.seconds()))
+            (shares.engine.title()) " " (nanoseconds(shares.seconds() * 1e9))
         }
         ". Rays from the eye were timed by making them alone; shading is all that is left."
     }
@@ -151,7 +166,7 @@ fn methods(study: &Study) -> Markup {
             b { "Meshes. " }
             @for (i, family) in study.families.iter().enumerate() {
                 @if i > 0 { "; " }
-                em { (family.family.name()) } ": " (family.family.description())
+                em { (family.family.name()) } ": " (powers(&family.family.description()))
             }
             ". Generated ones are those of " code { "halfline generate" } " with seed 0."
         }

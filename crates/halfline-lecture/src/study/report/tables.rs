@@ -2,6 +2,7 @@
 
 use maud::{Markup, html};
 
+use super::powers;
 use crate::study::csv::note;
 use crate::study::engine::Engine;
 use crate::study::findings::law_in_short;
@@ -73,7 +74,7 @@ pub fn laws(study: &Study) -> Markup {
 
 fn law(family: &FamilyStudy, engine: Engine, quantity: Quantity) -> Markup {
     match family.growth(engine, quantity).fits {
-        Some(fits) => html! { td.text title=(fits.verdict()) { (law_in_short(&fits)) } },
+        Some(fits) => html! { td.text title=(fits.verdict()) { (powers(&law_in_short(&fits))) } },
         None => html! { td.text.mark { "–" } },
     }
 }
