@@ -139,6 +139,14 @@ numbers: rust data ## on the dragon: self-hits of ten million secondary rays, co
 doc-images: native ## draw the pictures of docs/python.md with the recipes on that page
 	$(VENV)/bin/python tools/doc_images.py
 
+.PHONY: study
+study: release ## measure how the cost of a ray grows, and write a report into out/study
+	"$(target_dir)/release/halfline" study --output out/study
+
+.PHONY: lecture-images
+lecture-images: release venv browser ## draw the pictures of docs/lecture.md
+	$(VENV)/bin/python tools/lecture_images.py "$(target_dir)/release/halfline"
+
 .PHONY: docs
 docs: rust ## build the library's reference
 	$(DOC)

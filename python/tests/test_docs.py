@@ -6,18 +6,22 @@ import doctest
 import importlib
 import pkgutil
 import re
+import shlex
 from pathlib import Path
 from types import ModuleType
 from typing import Any
 
 import halfline
 import pytest
-from conftest import ROOT
-from doc_examples import OPTIONS, blocks_without_examples, sections_of
+from conftest import ROOT, Halfline
+from doc_examples import OPTIONS, blocks_without_examples, commands_of, is_shown, sections_of
 
 # How many examples each page has: all of them are found, and none of them got lost. Whoever adds
 # one writes the new number here.
 PAGES = {"docs/python.md": 172}
+
+# How many commands each page has.
+COMMANDS = {"docs/lecture.md": 7}
 
 # Where docstrings have examples, and how many.
 DOCSTRINGS = {"halfline": 4, "halfline.Scene": 5, "halfline.AllHits": 6}
@@ -118,3 +122,25 @@ def test_docstrings_show_what_happens(tmp_path: Path, monkeypatch: pytest.Monkey
                 found["halfline" + (f".{member}" if member else "")] = len(test.examples)
                 assert failures(test) == ""
     assert found == DOCSTRINGS
+
+
+@pytest.mark.parametrize("name", COMMANDS)
+def test_the_commands_of_a_page_print_what_it_shows(
+    name: str, halfline_command: Halfline, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    commands = commands_of(ROOT / name)
+    assert len(commands) == COMMANDS[name]
+    for command in commands:
+        program, *arguments = shlex.split(command.line)
+        assert program == "halfline", command
+        output = halfline_command.ok(*arguments)
+        assert is_shown(command.shown, output), f"{name}:{command.place}: {output}"
+
+
+def test_dots_stand_for_lines() -> None:
+    output = "a\nb\nc\nd\n"
+    for shown in ("a\nb\nc\nd\n", "...\nd\n", "a\n...\n", "a\n...\nc\n...\n", "a\nb\nc\nd\n...\n"):
+        assert is_shown(shown, output)
+    for shown in ("a\nb\n", "...\nc\n", "b\n...\n", "a\n...\nb\nd\n", ""):
+        assert not is_shown(shown, output)

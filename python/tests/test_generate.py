@@ -12,6 +12,8 @@ KINDS = [
     "scan",
     "sphere",
     "soup",
+    "layers",
+    "sticks",
     "terrain",
     "hall",
     "balls",
@@ -33,7 +35,7 @@ def test_a_mesh_of_about_that_size_is_made(halfline: Halfline, tmp_path: Path, k
     assert np.isfinite(info["bounds"]).all()
 
 
-@pytest.mark.parametrize("kind", ["scan", "soup", "terrain", "mount"])
+@pytest.mark.parametrize("kind", ["scan", "soup", "sticks", "terrain", "mount"])
 def test_the_same_seed_makes_the_same_file(halfline: Halfline, tmp_path: Path, kind: str) -> None:
     def bytes_of(name: str, *options: str) -> bytes:
         path = tmp_path / name

@@ -4,7 +4,7 @@ use clap::builder::Styles;
 use clap::builder::styling::AnsiColor;
 use clap::{Parser, Subcommand};
 
-use crate::commands::{build, doctor, explain, generate, info, query, render};
+use crate::commands::{build, doctor, explain, generate, info, query, render, study};
 use crate::global_options::GlobalOptions;
 
 const EXAMPLES: &str = "\
@@ -15,6 +15,7 @@ Examples:
   halfline query scan.ply rays.npy -o hits.npz   where a million rays hit
   halfline explain scan.ply --pixel 640,360      why a ray hit or missed, step by step
   halfline build scan.ply -o scan.hlt            its tree, which all of these open at once
+  halfline study --quick                         how cost grows with n, as a report
   halfline generate sphere -n 100000 -o s.ply    a mesh to try things on
 
 Meshes: PLY (also .ply.gz), STL, OBJ, OFF, glTF, GLB, and trees: .hlt.
@@ -53,6 +54,8 @@ pub enum Command {
     Query(query::Options),
     /// Tell why a ray hits what it hits, or nothing, step by step
     Explain(Box<explain::Options>),
+    /// Measure what a ray costs, as meshes grow
+    Study(study::Options),
     /// Build a mesh's kd-tree, as a file that takes the mesh's place
     Build(build::Options),
     /// Make a mesh to try things on

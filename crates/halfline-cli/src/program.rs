@@ -51,6 +51,7 @@ fn execute(arguments: &Arguments, host: Option<&dyn Host>) -> Result<(), Failure
         Command::Doctor(options) => commands::doctor::run(options, session),
         Command::Query(options) => commands::query::run(options, session),
         Command::Explain(options) => commands::explain::run(options, session),
+        Command::Study(options) => commands::study::run(options, session),
         Command::Build(options) => commands::build::run(options, session),
         Command::Generate(options) => commands::generate::run(options, session),
     }

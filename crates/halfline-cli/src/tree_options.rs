@@ -11,7 +11,7 @@ use halfline::{Mesh, Scene};
 use crate::failure::Failure;
 
 /// What can be said about the tree.
-#[derive(Debug, Args)]
+#[derive(Debug, Default, Args)]
 pub struct TreeOptions {
     /// How much time to spend on the tree; the answers are the same [default: balanced]
     #[arg(long, value_enum, value_name = "NAME")]

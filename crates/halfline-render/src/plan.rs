@@ -13,6 +13,7 @@ use crate::color::srgb8_table;
 use crate::color_bar::ColorBar;
 use crate::ground::GroundPlane;
 use crate::integrator::{Clay, Depth, FaceColors, Integrator, Normals, PLASTER, Steps, Whitted};
+use crate::intersector::Intersector;
 use crate::lights::default_lights;
 use crate::rows::{Origin, Rows, scene_mark, settings_mark};
 use crate::settings::{RenderSettings, Shading};
@@ -120,13 +121,26 @@ impl<S: Deref<Target = Scene>> Plan<S> {
     /// [`Error::Interrupted`] soon after `observer` asks for the end; [`Error::Format`] if the scene
     /// comes from a file that is damaged.
     pub fn trace_rows(&self, rows: Range<u32>, observer: &dyn Observer) -> Result<Rows> {
+        self.trace_rows_by(&*self.scene, rows, observer)
+    }
+
+    /// The same with another's answers to all rays, but for those whose steps are counted.
+    ///
+    /// # Errors
+    /// As [`Plan::trace_rows`].
+    pub fn trace_rows_by(
+        &self,
+        intersector: &dyn Intersector,
+        rows: Range<u32>,
+        observer: &dyn Observer,
+    ) -> Result<Rows> {
         let height = self.settings.height;
         if rows.is_empty() || rows.end > height {
             let reason = format!("{}..{} is no part of 0..{height}", rows.start, rows.end);
             return Err(Error::invalid("rows", reason));
         }
         observer.check()?;
-        let world = self.world();
+        let world = self.world(intersector);
         let integrator = self.integrator(&world);
         let brush = Brush {
             settings: &self.settings,
@@ -140,13 +154,14 @@ impl<S: Deref<Target = Scene>> Plan<S> {
         Ok(Rows { origin: self.origin, first_row, picture_height: height, traced })
     }
 
-    fn world(&self) -> World<'_> {
+    fn world<'a>(&'a self, intersector: &'a dyn Intersector) -> World<'a> {
         let has_clear_material = match self.settings.material {
             Some(material) => material.transmission > 0.0,
             None => self.prepared.materials.iter().any(|material| material.transmission > 0.0),
         };
         World {
             scene: &self.scene,
+            intersector,
             ground: self.prepared.ground,
             up: self.settings.camera.up.vector(),
             material: self.settings.material,

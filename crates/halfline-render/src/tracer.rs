@@ -30,7 +30,7 @@ impl<'a> Tracer<'a> {
         let mut surfaces = Vec::with_capacity(rays.len());
         for rays in rays.chunks(BATCH) {
             self.observer.check()?;
-            let hits = self.world.scene.intersect(rays);
+            let hits = self.world.intersector.closest(rays);
             surfaces.extend(rays.iter().zip(hits).map(|(ray, hit)| self.world.surface(ray, hit)));
         }
         Ok(surfaces)
@@ -66,7 +66,7 @@ impl<'a> Tracer<'a> {
         for places in open.chunks(BATCH) {
             self.observer.check()?;
             let rays: Vec<Ray> = places.iter().map(|&i| rays[i]).collect();
-            for (&i, answer) in places.iter().zip(self.world.scene.occluded(&rays)) {
+            for (&i, answer) in places.iter().zip(self.world.intersector.occluded(&rays)) {
                 hidden[i] = answer;
             }
         }

@@ -7,11 +7,14 @@ use halfline::numeric::SurfacePoint;
 
 use crate::color::Color;
 use crate::ground::GroundPlane;
+use crate::intersector::Intersector;
 use crate::smooth_normals::SmoothNormals;
 
 /// The model and the ground.
 pub(crate) struct World<'a> {
     pub(crate) scene: &'a Scene,
+    /// Who answers rays at it.
+    pub(crate) intersector: &'a dyn Intersector,
     pub(crate) ground: Option<GroundPlane>,
     /// The model's up axis.
     pub(crate) up: Vec3,

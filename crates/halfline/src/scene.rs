@@ -313,9 +313,9 @@ impl Scene {
 
     /// What it costs to find the closest hits of rays, or whether there are any: nodes and leaves that
     /// were fetched, and exact decisions. Counts do not depend on the machine's mood, but on the
-    /// instruction set: what is decided exactly does.
-    pub fn count_work(&self, rays: &[SingleRay], is_any: bool) -> WorkCounts {
-        traverse::count_work(self.target(), rays, is_any)
+    /// instruction set: what is decided exactly does. Rays may be in either precision.
+    pub fn count_work<R: BatchRay>(&self, rays: &[R], is_any: bool) -> WorkCounts {
+        R::count_work(self.target(), rays, is_any)
     }
 
     /// [`Scene::closest`] as batches find it, and every node and leaf that the ray comes to, in order: as

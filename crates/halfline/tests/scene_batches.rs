@@ -130,7 +130,7 @@ fn work_is_counted_for_each_ray() {
         assert!(work.nodes > 0 && work.leaves > 0, "{work:?}");
         // Nearly all of this is plain.
         assert!(work.exact * 1000 < work.rays, "{work:?}");
-        assert_eq!(scene.count_work(&[], is_any), WorkCounts::default());
+        assert_eq!(scene.count_work::<SingleRay>(&[], is_any), WorkCounts::default());
     }
 }
 

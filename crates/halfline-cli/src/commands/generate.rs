@@ -36,7 +36,7 @@ pub struct Options {
     #[arg(value_parser = output::path_with_extension(&["ply"]))]
     output: PathBuf,
 
-    /// The same seed gives the same file; for scan, soup, terrain, hall and mount
+    /// The same seed gives the same file; for scan, soup, sticks, terrain, hall and mount
     #[arg(long, value_name = "S", default_value_t = 0)]
     seed: u64,
 }

@@ -7,3 +7,4 @@ pub mod generate;
 pub mod info;
 pub mod query;
 pub mod render;
+pub mod study;

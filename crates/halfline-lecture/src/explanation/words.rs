@@ -1,6 +1,8 @@
 //! What happens in a walk, in plain sentences.
 
-use halfline::explain::{Case, Explanation, NearestMiss, Step, TriangleTest, Verdict, Visit};
+use halfline::explain::{
+    Case, Content, Explanation, NearestMiss, Step, TriangleTest, Verdict, Visit,
+};
 use halfline::geometry::{Hit, Vec3};
 
 use crate::number::{counted, number};
@@ -75,7 +77,10 @@ pub fn why(step: &Step, explanation: &Explanation) -> String {
         }
         Step::Inner { .. } => inner(step),
         Step::Leaf { at, tests, closest } => leaf(at, tests, closest.as_ref()),
-        Step::Pop { at, closest, is_entered } => pop(at, closest.as_ref(), *is_entered),
+        Step::Pop { at, closest, is_entered } => {
+            let is_in_plane = lies_in_plane_of(at.cell, explanation);
+            pop(at, closest.as_ref(), *is_entered, is_in_plane)
+        }
         Step::End { .. } => ending(explanation),
     }
 }
@@ -149,9 +154,23 @@ fn leaf(at: &Visit, tests: &[TriangleTest], closest: Option<&Hit>) -> String {
     }
 }
 
-fn pop(at: &Visit, closest: Option<&Hit>, is_entered: bool) -> String {
+/// True if the ray lies in the plane at which a cell begins.
+fn lies_in_plane_of(cell: usize, explanation: &Explanation) -> bool {
+    let parent = explanation.cells[cell].parent.map(|(parent, _)| &explanation.cells[parent]);
+    match parent.map(|parent| &parent.content) {
+        Some(Content::Inner { axis, .. }) => explanation.ray.direction[*axis] == 0.0,
+        _ => false,
+    }
+}
+
+fn pop(at: &Visit, closest: Option<&Hit>, is_entered: bool, is_in_plane: bool) -> String {
     let cell = at.cell;
     match closest {
+        Some(hit) if is_in_plane => format!(
+            "Cell {cell} waited, and is taken up: the ray lies in its plane, so there may be a \
+             nearer hit than that at t = {} on this side too.",
+            number(hit.t)
+        ),
         Some(hit) if is_entered => format!(
             "Cell {cell} waited, and is taken up: the hit at t = {} does not lie before its \
              plane, so a nearer one may be there.",

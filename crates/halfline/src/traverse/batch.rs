@@ -231,14 +231,17 @@ impl WorkCounts {
 }
 
 /// What it costs to find the closest hits, or whether there is any.
-pub fn count_work(target: Target, rays: &[SingleRay], is_any: bool) -> WorkCounts {
-    if is_any { work_of::<Any>(target, rays) } else { work_of::<ClosestSingle>(target, rays) }
+fn count_work<R: RayRows + Sync>(target: Target, rays: &[R], is_any: bool) -> WorkCounts {
+    if is_any { work_of::<R, Any>(target, rays) } else { work_of::<R, ClosestSingle>(target, rays) }
 }
 
-fn work_of<Q: Question>(Target { tree, mesh, level }: Target, rays: &[SingleRay]) -> WorkCounts {
+fn work_of<R: RayRows + Sync, Q: Question>(
+    Target { tree, mesh, level }: Target,
+    rays: &[R],
+) -> WorkCounts {
     let chunks = rays.par_chunks(CHUNK).map(|rays| {
         let mut answers = vec![Q::MISS; rays.len()];
-        let batch = Rows::<SingleRay, Q> { rays, answers: &mut answers };
+        let batch = Rows::<R, Q> { rays, answers: &mut answers };
         level.run(Cast::new(tree, mesh, batch)).1.counts()
     });
     let [nodes, leaves, exact] =
@@ -356,6 +359,10 @@ pub trait BatchRay: Copy + Into<Ray> + Sync {
     /// How many hits each ray has.
     #[doc(hidden)]
     fn count(target: Target, rays: &[Self], observer: &dyn Observer) -> Result<Vec<usize>>;
+
+    /// What it costs to cast them.
+    #[doc(hidden)]
+    fn count_work(target: Target, rays: &[Self], is_any: bool) -> WorkCounts;
 }
 
 impl BatchRay for Ray {
@@ -374,6 +381,10 @@ impl BatchRay for Ray {
 
     fn count(target: Target, rays: &[Ray], observer: &dyn Observer) -> Result<Vec<usize>> {
         cast_for_counts(target, rays, observer)
+    }
+
+    fn count_work(target: Target, rays: &[Ray], is_any: bool) -> WorkCounts {
+        count_work(target, rays, is_any)
     }
 }
 
@@ -397,5 +408,9 @@ impl BatchRay for SingleRay {
 
     fn count(target: Target, rays: &[SingleRay], observer: &dyn Observer) -> Result<Vec<usize>> {
         cast_for_counts(target, rays, observer)
+    }
+
+    fn count_work(target: Target, rays: &[SingleRay], is_any: bool) -> WorkCounts {
+        count_work(target, rays, is_any)
     }
 }

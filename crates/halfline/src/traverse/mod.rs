@@ -24,7 +24,7 @@ mod watched;
 mod wide_ray;
 
 pub use batch::{
-    AllHits, BatchRay, Target, WorkCounts, count_work, intersect, intersect_into, intersect_single,
+    AllHits, BatchRay, Target, WorkCounts, intersect, intersect_into, intersect_single,
     intersect_single_into,
 };
 pub use caster::Caster;

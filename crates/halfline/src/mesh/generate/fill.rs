@@ -3,6 +3,8 @@
 use rayon::prelude::*;
 
 use crate::error::{Error, Result};
+use crate::geometry::Vec3;
+use crate::mesh::{Mesh, Positions};
 use crate::progress::SharedProgress;
 
 /// How many elements are computed between two looks at the observer: some ten milliseconds of the
@@ -31,6 +33,20 @@ pub fn fill<T: Copy + Default + Send + Sync>(
     Ok(items)
 }
 
+/// The mesh of `count` triangles that share no vertex; `triangle` gives the corners of each.
+pub fn separate_triangles(
+    count: usize,
+    progress: &SharedProgress,
+    triangle: impl Fn(usize) -> [Vec3; 3] + Sync,
+) -> Result<Mesh> {
+    let positions = fill(3 * count, 3 * count / 4, progress, |i| single(triangle(i / 3)[i % 3]))?;
+    let indices = fill(count, count / 4, progress, |i| {
+        let first = 3 * i as u32;
+        [first, first + 1, first + 2]
+    })?;
+    Mesh::new(Positions::F32(positions.into()), indices)
+}
+
 /// An empty vector with room for `count` elements, or an error that says there is none.
 pub fn reserved<T>(count: usize) -> Result<Vec<T>> {
     let mut items = Vec::new();
@@ -42,6 +58,6 @@ pub fn reserved<T>(count: usize) -> Result<Vec<T>> {
 }
 
 /// Single precision, rounded to nearest.
-pub fn single(p: crate::geometry::Vec3) -> [f32; 3] {
+pub fn single(p: Vec3) -> [f32; 3] {
     [p.x as f32, p.y as f32, p.z as f32]
 }

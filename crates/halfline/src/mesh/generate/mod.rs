@@ -17,13 +17,15 @@ mod gears;
 mod hall;
 mod hall_chandelier;
 mod hall_structure;
+mod layers;
 mod mount;
 mod noise;
-pub(crate) mod random;
+pub mod random;
 mod rings;
 mod scan;
 mod soup;
 mod sphere;
+mod sticks;
 mod teapot;
 mod terrain;
 mod tetra;
@@ -56,6 +58,14 @@ pub enum Kind {
     /// unit cube, edges about n^(-1/3) long, so that a half-line crosses about n^(1/3) / 5.
     /// Exactly `n` (1).
     Soup,
+    /// A pile of tilted sheets, each as wide as the unit cube and of the square root of n / 2 squares,
+    /// and as many sheets: they lie ever closer to each other than their triangles are wide. Exactly
+    /// `n` (1).
+    Layers,
+    /// Long thin sticks, two triangles each, from wall to wall of the unit cube in all directions: what
+    /// kd-trees like least. The more there are the thinner they are, up to eight million, so that a
+    /// half-line goes about as far as the cube is wide before it hits one. Exactly `n` (1).
+    Sticks,
     /// An eroded mountain range over a square of side 2. From 1,000 triangles up within
     /// 2 % of `n`, usually within 0.1 %; below that within its square root (2).
     Terrain,
@@ -89,10 +99,12 @@ pub enum Kind {
 
 impl Kind {
     /// Every kind.
-    pub const ALL: [Kind; 12] = [
+    pub const ALL: [Kind; 14] = [
         Kind::Scan,
         Kind::Sphere,
         Kind::Soup,
+        Kind::Layers,
+        Kind::Sticks,
         Kind::Terrain,
         Kind::Hall,
         Kind::Balls,
@@ -110,6 +122,8 @@ impl Kind {
             Kind::Scan => "scan",
             Kind::Sphere => "sphere",
             Kind::Soup => "soup",
+            Kind::Layers => "layers",
+            Kind::Sticks => "sticks",
             Kind::Terrain => "terrain",
             Kind::Hall => "hall",
             Kind::Balls => "balls",
@@ -128,6 +142,8 @@ impl Kind {
             Kind::Scan => "a fossil sea urchin as a laser scanner gives it, closed, finely meshed",
             Kind::Sphere => "a sphere of radius 1",
             Kind::Soup => "unconnected random triangles in the unit cube",
+            Kind::Layers => "tilted sheets, stacked ever closer than their triangles are wide",
+            Kind::Sticks => "long thin sticks in all directions, what kd-trees like least",
             Kind::Terrain => "an eroded mountain range",
             Kind::Hall => "a museum hall seen from inside: huge walls, thin beams, dense exhibits",
             Kind::Balls => "Haines's sphereflake, mirroring balls on a floor",
@@ -142,7 +158,10 @@ impl Kind {
 
     /// True if another seed gives another mesh.
     pub const fn is_random(self) -> bool {
-        matches!(self, Kind::Scan | Kind::Soup | Kind::Terrain | Kind::Hall | Kind::Mount)
+        matches!(
+            self,
+            Kind::Scan | Kind::Soup | Kind::Sticks | Kind::Terrain | Kind::Hall | Kind::Mount
+        )
     }
 }
 
@@ -182,7 +201,7 @@ pub struct View {
 pub fn suggested_view(kind: Kind) -> Option<View> {
     match kind {
         Kind::Scan => Some(scan::VIEW),
-        Kind::Sphere | Kind::Soup => None,
+        Kind::Sphere | Kind::Soup | Kind::Layers | Kind::Sticks => None,
         Kind::Terrain => Some(terrain::VIEW),
         Kind::Hall => Some(hall::VIEW),
         Kind::Balls => Some(balls::VIEW),
@@ -220,6 +239,8 @@ pub fn generate(kind: Kind, triangles: usize, seed: u64, observer: &dyn Observer
         Kind::Scan => scan::scan(triangles, seed, progress),
         Kind::Sphere => sphere::sphere(triangles, progress),
         Kind::Soup => soup::soup(triangles, seed, progress),
+        Kind::Layers => layers::layers(triangles, progress),
+        Kind::Sticks => sticks::sticks(triangles, seed, progress),
         Kind::Terrain => terrain::terrain(triangles, seed, progress),
         Kind::Hall => hall::hall(triangles, seed, progress),
         Kind::Balls => balls::balls(triangles, progress),

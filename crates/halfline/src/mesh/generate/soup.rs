@@ -2,9 +2,9 @@
 
 use crate::error::Result;
 use crate::geometry::{Vec3, vec3};
-use crate::mesh::{Mesh, Positions};
+use crate::mesh::Mesh;
 
-use super::fill::{fill, single};
+use super::fill::separate_triangles;
 use super::random::Random;
 use crate::progress::SharedProgress;
 
@@ -15,14 +15,7 @@ const SMALLEST_SINE: f64 = 0.1;
 /// See [`Kind::Soup`](super::Kind::Soup).
 pub fn soup(triangles: usize, seed: u64, progress: &SharedProgress) -> Result<Mesh> {
     let edge = libm::cbrt(1.0 / triangles as f64).min(0.5);
-    let positions = fill(3 * triangles, 3 * triangles / 4, progress, |i| {
-        single(triangle(seed, (i / 3) as u64, edge)[i % 3])
-    })?;
-    let indices = fill(triangles, triangles / 4, progress, |i| {
-        let first = 3 * i as u32;
-        [first, first + 1, first + 2]
-    })?;
-    Mesh::new(Positions::F32(positions.into()), indices)
+    separate_triangles(triangles, progress, |index| triangle(seed, index as u64, edge))
 }
 
 /// Triangle `index`, within the unit cube, its edges about `edge` long.

@@ -40,7 +40,7 @@ fn closed_part(kind: Kind, mesh: &Mesh) -> Vec<[u32; 3]> {
         Kind::Balls | Kind::Gears | Kind::Rings | Kind::Tree => material > 0,
         // The glass balls; the fossils.
         Kind::Mount | Kind::Hall => material == 0,
-        Kind::Soup | Kind::Terrain | Kind::Teapot => false,
+        Kind::Soup | Kind::Layers | Kind::Sticks | Kind::Terrain | Kind::Teapot => false,
     };
     let material = |t: usize| mesh.triangle_materials.as_ref().map_or(0, |m| m[t]);
     let triangles = mesh.triangles().iter().enumerate();
@@ -49,10 +49,12 @@ fn closed_part(kind: Kind, mesh: &Mesh) -> Vec<[u32; 3]> {
 
 #[test]
 fn the_same_seed_gives_the_same_bytes_on_any_number_of_threads() {
-    let expected: [(Kind, u64); 12] = [
+    let expected: [(Kind, u64); 14] = [
         (Kind::Scan, 0xb5af_e5e4_009b_bd53),
         (Kind::Sphere, 0xb1de_fbe5_b0dd_c6c6),
         (Kind::Soup, 0xd2c2_783e_bc89_08dc),
+        (Kind::Layers, 0xbc32_8427_64e4_8253),
+        (Kind::Sticks, 0x803f_b488_37e9_1a4d),
         (Kind::Terrain, 0xb761_69d5_a22b_b09d),
         (Kind::Hall, 0x79eb_3d14_ccb9_58df),
         (Kind::Balls, 0xa67d_3c42_5482_f017),
@@ -89,7 +91,7 @@ fn numbers_of_triangles_are_as_near_as_documented() {
             // The smallest mesh, and the allowed difference above it.
             let (smallest, difference) = match kind {
                 Kind::Scan | Kind::Sphere => (12, (wanted % 2) as f64),
-                Kind::Soup => (1, 0.0),
+                Kind::Soup | Kind::Layers | Kind::Sticks => (1, 0.0),
                 Kind::Terrain if wanted < 1000 => (2, n.sqrt()),
                 Kind::Terrain => (2, 0.02 * n),
                 Kind::Hall if wanted < 300 => (10, n),
@@ -195,7 +197,7 @@ fn closed_surfaces_have_their_front_outside() {
         }
         let pieces = match kind {
             Kind::Scan | Kind::Sphere => 1,
-            Kind::Soup | Kind::Terrain | Kind::Teapot => 0,
+            Kind::Soup | Kind::Layers | Kind::Sticks | Kind::Terrain | Kind::Teapot => 0,
             Kind::Tetra => triangles.len() / 4,
             Kind::Gears => triangles.len() / 572,
             Kind::Balls => 1 + 9 + 81,
@@ -223,6 +225,8 @@ fn meshes_are_where_they_are_said_to_be() {
         within(Kind::Sphere, [-1.0; 3], [1.0; 3], 0.02);
         within(Kind::Scan, [-1.1, -1.1, -0.5], [1.1, 1.1, 0.7], 0.2);
         within(Kind::Soup, [0.0; 3], [1.0; 3], 0.1);
+        within(Kind::Layers, [0.0; 3], [1.0; 3], 0.02);
+        within(Kind::Sticks, [0.0; 3], [1.0; 3], 0.01);
         within(Kind::Terrain, [-1.0, -1.0, 0.0], [1.0, 1.0, 0.5], 0.35);
         within(Kind::Hall, [-22.5, -10.0, 0.0], [22.5, 10.0, 15.0], 4.0);
         within(Kind::Balls, [-12.0, -12.0, -0.5], [12.0, 12.0, 0.75], 0.05);
@@ -265,6 +269,38 @@ fn percentiles(values: &[f64]) -> (f64, f64) {
     let mut sorted = values.to_vec();
     sorted.sort_by(f64::total_cmp);
     (sorted[sorted.len() / 20], sorted[sorted.len() * 19 / 20])
+}
+
+#[test]
+fn layers_lie_closer_than_their_triangles_are_wide() {
+    // Between its lowest and its highest corner, a square of a sheet has more than one other sheet.
+    let mesh = made(Kind::Layers, 200_000, 0);
+    let sheets = (100_000_f64).sqrt();
+    for t in 0..mesh.triangle_count() as u32 {
+        let corners = mesh.corners(t);
+        let heights = corners.map(|p| p.z);
+        let rise = heights.iter().copied().fold(0.0, f64::max)
+            - heights.iter().copied().fold(1.0, f64::min);
+        assert!(rise > 2.0 / sheets, "{t}: {corners:?}");
+    }
+}
+
+#[test]
+fn sticks_go_from_wall_to_wall() {
+    for wanted in [10, 3000, 200_000] {
+        let mesh = made(Kind::Sticks, wanted, 3);
+        let width = (2.0 / wanted.div_ceil(2) as f64).min(0.05);
+        for t in (0..mesh.triangle_count() as u32).step_by(2) {
+            let [a, b, c] = mesh.corners(t);
+            assert!((b - a).length() > 0.29, "{t}: {a:?} {b:?}");
+            assert!(((c - b).length() / width - 1.0).abs() < 0.05, "{t}: {b:?} {c:?}");
+            for end in [a, b] {
+                let to_wall =
+                    end.min(Vec3::splat(1.0) - end).to_array().into_iter().fold(1.0, f64::min);
+                assert!(to_wall <= 1.6 * width, "{t}: {end:?}");
+            }
+        }
+    }
 }
 
 #[test]

@@ -1,0 +1,143 @@
+//! The study as text: a table for each family, its laws, and the findings.
+
+use std::fmt::Write;
+
+use super::engine::Engine;
+use super::findings::law_in_short;
+use super::growth::Quantity;
+use super::measure::Sample;
+use super::units::{count, figure, nanoseconds};
+use super::{FamilyStudy, Study};
+
+/// Lines are no longer.
+const WIDTH: usize = 80;
+
+/// A part of the text: its heading, and its lines.
+#[derive(Clone, Debug)]
+pub struct Section {
+    /// The heading.
+    pub heading: String,
+    /// Lines of at most 80 characters.
+    pub body: String,
+}
+
+/// Everything that a terminal shows.
+pub fn sections(study: &Study) -> Vec<Section> {
+    let mut sections = Vec::new();
+    for family in &study.families {
+        let (name, description) = (family.family.name(), family.family.description());
+        sections.push(Section { heading: format!("{name}: {description}"), body: times(family) });
+        let body = laws(family);
+        if !body.is_empty() {
+            sections.push(Section { heading: format!("{name}: how it grows with n"), body });
+        }
+    }
+    let mut body = String::new();
+    for finding in study.findings() {
+        body += &wrapped(&format!("{}: {}", finding.topic, finding.text), 2);
+    }
+    sections.push(Section { heading: "Findings".into(), body });
+    sections
+}
+
+const TIMES: [(Engine, &str); 5] = [
+    (Engine::BruteForce, "brute"),
+    (Engine::Middle, "middle"),
+    (Engine::Median, "median"),
+    (Engine::SurfaceArea, "SAH"),
+    (Engine::Fast, "halfline"),
+];
+
+/// Time a ray of each engine, and steps of the two best.
+fn times(family: &FamilyStudy) -> String {
+    let mut text = format!("  {:>10}", "n");
+    for (_, name) in TIMES {
+        let _ = write!(text, " {name:>9}");
+    }
+    let _ = writeln!(text, " {:>7} {:>8}", "SAH's", "halfline");
+    let _ = writeln!(text, "  {:>10} {:>49} {:>7} {:>8}", "", "time a ray", "steps", "steps");
+    let (mut is_extrapolated, mut is_missing) = (false, false);
+    for sample in &family.samples {
+        let _ = write!(text, "  {:>10}", count(sample.triangles));
+        for (engine, _) in TIMES {
+            let cell = match cost_of(sample, engine) {
+                Some(cost) if cost.extrapolated => {
+                    is_extrapolated = true;
+                    format!("~{}", nanoseconds(cost.nanoseconds))
+                }
+                Some(cost) => nanoseconds(cost.nanoseconds),
+                None => {
+                    is_missing = true;
+                    "–".into()
+                }
+            };
+            let _ = write!(text, " {cell:>9}");
+        }
+        let steps =
+            |engine| cost_of(sample, engine).map_or("–".into(), |cost| figure(cost.steps()));
+        let _ = writeln!(text, " {:>7} {:>8}", steps(Engine::SurfaceArea), steps(Engine::Fast));
+    }
+    if is_extrapolated {
+        text += "  ~ extrapolated from the largest mesh that finished in time\n";
+    }
+    if is_missing {
+        text += "  – not built: it would take too long, or too much memory\n";
+    }
+    text
+}
+
+fn cost_of(sample: &Sample, engine: Engine) -> Option<&super::RayCost> {
+    sample.measurements.iter().find(|m| m.engine == engine)?.rays.as_ref()
+}
+
+/// The law of each count, and of time.
+fn laws(family: &FamilyStudy) -> String {
+    const QUANTITIES: [Quantity; 3] = [Quantity::Steps, Quantity::Triangles, Quantity::Time];
+    let mut rows = Vec::new();
+    for engine in Engine::ALL {
+        let cells = QUANTITIES.map(|quantity| {
+            family.growth(engine, quantity).fits.map_or("–".into(), |fits| law_in_short(&fits))
+        });
+        if cells[2] != "–" {
+            rows.push((engine, cells));
+        }
+    }
+    if rows.is_empty() {
+        return String::new();
+    }
+    let mut text = format!("  {:<17}", "");
+    for quantity in QUANTITIES {
+        let _ = write!(text, " {:<20}", quantity.name());
+    }
+    text = text.trim_end().to_owned() + "\n";
+    for (engine, cells) in rows {
+        let mut line = format!("  {:<17}", engine.title());
+        for cell in cells {
+            let _ = write!(line, " {cell:<20}");
+        }
+        text += line.trim_end();
+        text.push('\n');
+    }
+    text
+}
+
+/// `text` in lines, with those after the first moved in.
+fn wrapped(text: &str, indent: usize) -> String {
+    let mut all = String::new();
+    let mut line = " ".repeat(indent);
+    let mut is_empty = true;
+    for word in text.split(' ') {
+        if !is_empty && line.chars().count() + 1 + word.chars().count() > WIDTH {
+            all += line.trim_end();
+            all.push('\n');
+            line = " ".repeat(indent + 2);
+            is_empty = true;
+        }
+        if !is_empty {
+            line.push(' ');
+        }
+        line += word;
+        is_empty = false;
+    }
+    all + &line + "\n"
+}
