@@ -69,7 +69,10 @@ class Frame {
 
   /** How far from the origin the ray is at t, in the frame's units. */
   distance(t) {
-    return t * this.largest * this.shapeLength / this.half;
+    const way = t * this.largest;
+    // Of a huge mesh the way may be beyond all doubles, while it is a few units here.
+    const units = Number.isFinite(way) ? way / this.half : t / this.half * this.largest;
+    return units * this.shapeLength;
   }
 
   /** Where the ray is at t. */
