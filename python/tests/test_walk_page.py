@@ -554,7 +554,7 @@ def test_the_children_are_tinted_blue_and_orange(show: Open, walks: Walks) -> No
 def test_the_drawing_has_the_cell_of_the_step(show: Open, walks: Walks, kind: str) -> None:
     shown = show(walks["hitting"])
     # Not the root, where there is a choice: its edges are drawn at every step.
-    deep = {"inner": {"case": "far only"}, "pop": {"is_entered": False}}
+    deep: Json = {"inner": {"case": "far only"}, "pop": {"is_entered": False}}
     step = shown.go(shown.first(kind=kind, **deep.get(kind, {})))
 
     def edges_in_bold(cell: int) -> int:
