@@ -183,12 +183,12 @@ def generate(kind: str, triangles: int, seed: int = 0, *, progress: Progress = N
     """Makes a mesh to try things on, the same for the same arguments on every machine.
 
     Args:
-        kind: "scan", "sphere", "soup", "layers", "sticks", "terrain" or "hall"; or one of Haines's Standard
-            Procedural Databases (1987): "balls", "gears", "mount", "rings", "teapot", "tetra", "tree".
-            `halfline generate --help` says what they are. z points up.
+        kind: "scan", "sphere", "soup", "layers", "sticks", "terrain" or "hall"; or one of Haines's
+            Standard Procedural Databases (1987): "balls", "gears", "mount", "rings", "teapot",
+            "tetra", "tree". `halfline generate --help` says what they are. z points up.
         triangles: How many triangles it should have; some kinds only come near.
-        seed: Another seed gives another mesh, for scan, soup, sticks, terrain, hall and mount; from 0 to
-            2^64 - 1.
+        seed: Another seed gives another mesh, for scan, soup, sticks, terrain, hall and mount;
+            from 0 to 2^64 - 1.
         progress: True for a bar, or a callable `progress(stage, done, total)` with the stage "load"
             and triangles.
 

@@ -1,17 +1,6 @@
 //! Figures as people read them.
 
-/// `1234567` as `1,234,567`.
-pub fn count(value: u64) -> String {
-    let digits = value.to_string();
-    let mut text = String::with_capacity(digits.len() + digits.len() / 3);
-    for (i, digit) in digits.chars().enumerate() {
-        if i > 0 && (digits.len() - i).is_multiple_of(3) {
-            text.push(',');
-        }
-        text.push(digit);
-    }
-    text
-}
+pub use halfline_lecture::number::{count, number as coordinate};
 
 /// A number with three significant digits and a metric prefix, to be followed by its unit:
 /// `12_400_000.0` as `12.4 M`, `870.0` as `870 `.
@@ -52,19 +41,6 @@ pub fn rough_seconds(value: f64) -> String {
     }
 }
 
-/// A coordinate with six significant digits, as much as a person compares by eye.
-pub fn coordinate(value: f64) -> String {
-    let magnitude = if value == 0.0 { 0 } else { value.abs().log10().floor() as i32 };
-    if !(-4..9).contains(&magnitude) {
-        return format!("{value:.5e}");
-    }
-    let text = format!("{value:.decimals$}", decimals = (5 - magnitude).max(0) as usize);
-    match text.contains('.') {
-        true => text.trim_end_matches('0').trim_end_matches('.').into(),
-        false => text,
-    }
-}
-
 /// A bar as long as `share`, 1 being 20 characters, to an eighth of a character.
 pub fn bar(share: f64) -> String {
     const EIGHTHS: [&str; 8] = ["", "▏", "▎", "▍", "▌", "▋", "▊", "▉"];
@@ -100,7 +76,7 @@ mod tests {
     #[test]
     fn coordinates_are_short() {
         let texts = [0.0, -0.061, 1234.56789, 4_512_345.678, 2.5e-7, 1e12, -3.0].map(coordinate);
-        assert_eq!(texts, ["0", "-0.061", "1234.57", "4512346", "2.50000e-7", "1.00000e12", "-3"]);
+        assert_eq!(texts, ["0", "-0.061", "1234.57", "4512346", "2.5e-7", "1e12", "-3"]);
     }
 
     #[test]

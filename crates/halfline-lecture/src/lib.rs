@@ -5,6 +5,6 @@
 //! machine and mesh, and [`explanation`] shows the third, ray by ray.
 
 pub mod explanation;
+mod markup;
+pub mod number;
 pub mod study;
-
-mod number;

@@ -30,9 +30,59 @@ mod tests {
     use super::*;
     use crate::settings::{Ground, Shading};
     use crate::tile;
+    use halfline::geometry::{Hit, Ray};
     use halfline::mesh::Material;
     use halfline::mesh::generate::{Kind, generate};
     use halfline::progress::Silent;
+
+    /// Answers by brute force.
+    struct Judge<'a>(&'a halfline::Mesh);
+
+    impl crate::Intersector for Judge<'_> {
+        fn closest(&self, rays: &[Ray]) -> Vec<Hit> {
+            halfline::brute_force::intersect(self.0, rays)
+        }
+
+        fn occluded(&self, rays: &[Ray]) -> Vec<bool> {
+            self.closest(rays).iter().map(Hit::is_hit).collect()
+        }
+    }
+
+    #[test]
+    fn a_judge_draws_the_same_picture() {
+        let scene = Scene::new(generate(Kind::Scan, 1000, 0, &Silent).unwrap()).unwrap();
+        for shading in [Shading::Clay, Shading::Whitted] {
+            let settings =
+                RenderSettings { width: 24, height: 16, shading, ..RenderSettings::default() };
+            let plan = Plan::new(&scene, &settings).unwrap();
+            let drawn = |rows| {
+                let mut picture = assemble(&settings, [rows]).unwrap();
+                picture.statistics.trace_seconds = 0.0;
+                picture
+            };
+            let usual = drawn(plan.trace_rows(0..16, &Silent).unwrap());
+            let judged = drawn(plan.trace_rows_by(&Judge(scene.mesh()), 0..16, &Silent).unwrap());
+            assert!(usual == judged, "{}", shading.name());
+        }
+    }
+
+    #[test]
+    fn another_intersector_is_asked_about_every_ray() {
+        struct Nothing;
+        impl crate::Intersector for Nothing {
+            fn closest(&self, rays: &[Ray]) -> Vec<Hit> {
+                vec![Hit::MISS; rays.len()]
+            }
+            fn occluded(&self, rays: &[Ray]) -> Vec<bool> {
+                vec![false; rays.len()]
+            }
+        }
+        let scene = Scene::new(generate(Kind::Scan, 1000, 0, &Silent).unwrap()).unwrap();
+        let settings = RenderSettings { width: 24, height: 16, ..RenderSettings::default() };
+        let rows = Plan::new(&scene, &settings).unwrap().trace_rows_by(&Nothing, 0..16, &Silent);
+        let picture = assemble(&settings, [rows.unwrap()]).unwrap();
+        assert!(picture.face.iter().all(|&face| face == halfline::geometry::NO_FACE));
+    }
 
     /// Every tile size cuts the picture, the samples and the waves of rays elsewhere.
     #[test]

@@ -131,6 +131,9 @@ fn work_is_counted_for_each_ray() {
         // Nearly all of this is plain.
         assert!(work.exact * 1000 < work.rays, "{work:?}");
         assert_eq!(scene.count_work::<SingleRay>(&[], is_any), WorkCounts::default());
+        // The same rays in double precision take the same way.
+        let doubles: Vec<Ray> = rays.iter().map(|&ray| Ray::from(ray)).collect();
+        assert_eq!(scene.count_work(&doubles, is_any), work);
     }
 }
 

@@ -4,6 +4,7 @@ use std::path::PathBuf;
 use std::time::Instant;
 
 use clap::{Args, ValueEnum};
+use halfline::explain::TRAVERSAL_COST;
 use halfline::geometry::{Hit, Ray};
 use halfline::mesh::Mesh;
 use halfline::progress::{Observer, Stage};
@@ -119,17 +120,13 @@ pub fn run(options: &Options, session: Session) -> Result<(), Failure> {
             return run.answer(&BruteForce(mesh), mesh, None, 0.0);
         }
         let (tree, build_seconds) = run.session.timed(Stage::Build, |_| {
-            let rule = SurfaceArea { traversal_cost: TEXTBOOK_TRAVERSAL_COST };
+            let rule = SurfaceArea { traversal_cost: TRAVERSAL_COST };
             let termination = Termination::automatic(mesh.triangle_count());
             Ok(KdTree::init_kd_tree(mesh, &rule, &termination))
         })?;
         run.answer(&tree, mesh, None, build_seconds)
     })
 }
-
-/// In units of one triangle test; a step down the textbook's tree is an addition, a division and
-/// a comparison.
-const TEXTBOOK_TRAVERSAL_COST: f64 = 0.5;
 
 /// What is known before the first ray is cast.
 struct Run<'a> {

@@ -69,6 +69,8 @@ fn the_work_ends_within_a_second_and_leaves_nothing() {
         "render sphere.ply -o old.png --samples 65536 --json",
         "query sphere.ply rays.npy -o hits.npz --engine brute",
         "generate scan -n 20M -o scan.ply",
+        "study sphere.ply --sizes 10M --budget 1000 --output new/study",
+        "study --family soup --sizes 10M --output new",
     ] {
         for name in ["-INT", "-TERM"] {
             let child = start(bench.command(line));

@@ -7,6 +7,7 @@ use halfline::Ray;
 use halfline::explain::{Point, Slice, SliceCell, Step, Walk};
 
 use super::words::axis_name;
+use crate::markup::escape;
 use crate::number::{count, number};
 
 /// Pixels of the drawing's longer side.
@@ -281,21 +282,4 @@ fn color(depth: usize, deepest: usize) -> String {
         (a + (b - a) * share).round() as u8
     };
     format!("#{:02x}{:02x}{:02x}", mixed(0), mixed(1), mixed(2))
-}
-
-/// Text within XML.
-fn escape(text: &str) -> String {
-    let mut escaped = String::with_capacity(text.len());
-    for character in text.chars() {
-        match character {
-            '&' => escaped.push_str("&amp;"),
-            '<' => escaped.push_str("&lt;"),
-            '>' => escaped.push_str("&gt;"),
-            '"' => escaped.push_str("&quot;"),
-            // Others cannot stand in XML.
-            c if c.is_control() => escaped.push(' '),
-            c => escaped.push(c),
-        }
-    }
-    escaped
 }

@@ -91,7 +91,8 @@ impl Experience {
 
 /// The textbook's tree over `mesh` by the rule of `engine`, and how many seconds it took.
 ///
-/// Foresight may err: a build that takes half as long again as it may, or twice the bytes, is ended.
+/// Foresight may err: a build that takes half as long again as it may is ended, and so is one during
+/// which the process grows by more bytes than the tree may have.
 ///
 /// # Errors
 /// [`Error::Interrupted`](halfline::Error::Interrupted).
@@ -106,7 +107,7 @@ pub fn build_textbook<'mesh>(
         rule,
         observer,
         seconds: 1.5 * budget.seconds,
-        bytes: 2.0 * budget.bytes,
+        bytes: budget.bytes,
         started: Stopwatch::start(),
         resident_before: resident_bytes().unwrap_or(0.0),
         cells: Cell::new(0),

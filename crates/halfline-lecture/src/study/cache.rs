@@ -20,7 +20,7 @@ pub struct CacheEnd {
     pub steps: Vec<(f64, f64)>,
     /// The least nanoseconds that a visit costs at any size.
     pub floor: f64,
-    /// The first size beyond that of the floor from which on a visit costs [`DEARER`] times as much at
+    /// The first size beyond that of the floor from which on a visit costs 1.25 times as much at
     /// least; `None` if there is none.
     pub end: Option<End>,
     /// At the largest size: its triangles, and by how much a visit costs more than at the floor.

@@ -3,9 +3,9 @@
 use std::sync::Arc;
 
 use halfline::error::Result;
-use halfline::geometry::{Hit, Ray};
+use halfline::explain::TRAVERSAL_COST;
+use halfline::geometry::{Hit, NO_FACE, Ray};
 use halfline::progress::Observer;
-use halfline::scene::RayCounters;
 use halfline::textbook::{self, Node, Visits};
 use halfline::{Mesh, Scene, brute_force};
 
@@ -53,8 +53,8 @@ impl Engine {
 
     /// Where a textbook tree of this kind is split; `None` for the others.
     pub fn splitting_rule(self) -> Option<&'static dyn textbook::SplittingRule> {
-        // A step down is an addition, a division and a comparison.
-        const SURFACE_AREA: textbook::SurfaceArea = textbook::SurfaceArea { traversal_cost: 0.5 };
+        const SURFACE_AREA: textbook::SurfaceArea =
+            textbook::SurfaceArea { traversal_cost: TRAVERSAL_COST };
         match self {
             Engine::Middle => Some(&textbook::Middle),
             Engine::Median => Some(&textbook::ObjectMedian),
@@ -103,18 +103,22 @@ impl Ready<'_> {
     }
 
     /// What the rays cost, counted apart from any casting; nothing for those that count as they cast.
-    /// `nodes` are those of eight children that are fetched, `leaves` blocks of up to eight triangles,
-    /// which are tested together. Triangles in these are not counted by batches: `triangles` is the
-    /// number of leaves times the mean number in the leaves that the same rays visit one by one.
+    /// `nodes` are those of eight children that are fetched, and the leaves, blocks of up to eight
+    /// triangles, which are tested together. Batches do not count the triangles in these: `triangles` is the
+    /// number of leaves times the mean number in the leaves that some of the rays come to one by one.
     pub fn count(&self, rays: &[Ray]) -> Option<Visits> {
         let Ready::Fast(scene) = self else { return None };
         let work = scene.count_work(rays, false);
-        let mut caster = scene.caster();
-        let mut sum = RayCounters::default();
+        let (mut leaves, mut triangles) = (0, 0);
         for ray in rays.iter().take(FILL_RAYS) {
-            caster.closest_counted(ray, &mut sum);
+            let (_, visits) = scene.watch(ray);
+            for visit in visits.iter().filter(|visit| visit.word.is_leaf()) {
+                let faces = &scene.tree().leaves.blocks[visit.word.index()].faces;
+                leaves += 1;
+                triangles += faces.iter().filter(|&&face| face != NO_FACE).count();
+            }
         }
-        let fill = f64::from(sum.triangles) / f64::from(sum.leaves.max(1));
+        let fill = triangles as f64 / f64::from(leaves.max(1));
         let triangles = (work.leaves as f64 * fill).round() as u64;
         Some(Visits { nodes: work.nodes + work.leaves, leaves: work.leaves, triangles })
     }

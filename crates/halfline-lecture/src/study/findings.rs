@@ -181,7 +181,7 @@ impl FamilyStudy {
     }
 }
 
-/// Which law holds, in as few words as a table has room for.
+/// Which law holds, in few words.
 pub fn law_in_short(fits: &Fits) -> String {
     let best = fits.best();
     if fits.none_holds() {

@@ -100,7 +100,7 @@ const TOO_FAR: f64 = 0.2;
 const EXACT: f64 = 1e-3;
 
 impl Fits {
-    /// Fits all laws to (n, y). `None` for fewer than [`FEWEST_POINTS`] points, and where y is not
+    /// Fits all laws to (n, y). `None` for fewer than five points, and where y is not
     /// positive, for it has no logarithm.
     pub fn to(points: &[(f64, f64)]) -> Option<Fits> {
         let is_fit = |&(n, y): &(f64, f64)| n >= 1.0 && y > 0.0 && y.is_finite();

@@ -136,6 +136,18 @@ impl Settings {
     }
 }
 
+impl Settings {
+    /// A guess at how long a mesh takes, for the bar that tells how far the study is.
+    fn rough_seconds(&self, triangles: usize) -> f64 {
+        const BUILD_AND_GENERATE: f64 = 4e-6;
+        const TEXTBOOK: f64 = 5e-5;
+        let n = triangles as f64;
+        let textbook = Some(TEXTBOOK * n).filter(|seconds| *seconds <= self.budget.seconds);
+        let turns = (self.turns * Engine::ALL.len()) as f64 * self.turn_seconds;
+        turns + BUILD_AND_GENERATE * n + textbook.unwrap_or(0.0)
+    }
+}
+
 /// What was found out.
 #[derive(Clone, Debug)]
 pub struct Study {
@@ -173,8 +185,7 @@ pub fn study(settings: &Settings, observer: &dyn Observer) -> Result<Study> {
     let one_thread = one_thread.map_err(|error| Error::invalid("threads", error.to_string()))?;
     let plan: Vec<(&Family, Vec<usize>)> =
         settings.families.iter().map(|family| (family, family.sizes(&settings.sizes))).collect();
-    // Large meshes take longer, but less than in proportion: the textbook's trees end before.
-    let work_of = |size: usize| (size as f64).powf(0.6);
+    let work_of = |size: usize| settings.rough_seconds(size);
     let picture_work = work_of(LECTURE_SIZES[0]);
     let sizes = plan.iter().flat_map(|(_, sizes)| sizes);
     let total = sizes.map(|&size| work_of(size)).sum::<f64>() + picture_work;
@@ -205,6 +216,7 @@ pub fn study(settings: &Settings, observer: &dyn Observer) -> Result<Study> {
         }
         None => Vec::new(),
     };
+    Part::new(observer, total, 0.0, total).advance(1.0);
     observer.check()?;
     Ok(Study { families, shares, machine: Machine::this() })
 }

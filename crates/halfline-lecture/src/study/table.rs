@@ -3,7 +3,7 @@
 use std::fmt::Write;
 
 use super::engine::Engine;
-use super::findings::law_in_short;
+use super::fit::{Fits, percent};
 use super::growth::Quantity;
 use super::measure::Sample;
 use super::units::{count, figure, nanoseconds};
@@ -93,12 +93,13 @@ fn cost_of(sample: &Sample, engine: Engine) -> Option<&super::RayCost> {
 /// The law of each count, and of time.
 fn laws(family: &FamilyStudy) -> String {
     const QUANTITIES: [Quantity; 3] = [Quantity::Steps, Quantity::Triangles, Quantity::Time];
-    let mut rows = Vec::new();
+    let (mut rows, mut is_open) = (Vec::new(), false);
     for engine in Engine::ALL {
         let cells = QUANTITIES.map(|quantity| {
-            family.growth(engine, quantity).fits.map_or("–".into(), |fits| law_in_short(&fits))
+            family.growth(engine, quantity).fits.map_or("–".into(), |fits| cell(&fits))
         });
         if cells[2] != "–" {
+            is_open |= cells.iter().any(|cell| cell.contains('?'));
             rows.push((engine, cells));
         }
     }
@@ -118,7 +119,24 @@ fn laws(family: &FamilyStudy) -> String {
         text += line.trim_end();
         text.push('\n');
     }
+    if is_open {
+        text += "  ? another law fits as well: the report says which\n";
+    }
     text
+}
+
+/// The best law with little room.
+fn cell(fits: &Fits) -> String {
+    let (best, is_open) = (fits.best(), fits.supported().len() > 1);
+    match fits.none_holds() {
+        true => "none of them".into(),
+        false => format!(
+            "{}{} ±{}",
+            best.law.name(),
+            if is_open { "?" } else { "" },
+            percent(best.deviation)
+        ),
+    }
 }
 
 /// `text` in lines, with those after the first moved in.

@@ -1,16 +1,10 @@
 //! Figures as people read them.
 
+use crate::number;
+
 /// `1234567` as `1,234,567`.
 pub fn count(value: usize) -> String {
-    let digits = value.to_string();
-    let mut text = String::new();
-    for (i, digit) in digits.chars().enumerate() {
-        if i > 0 && (digits.len() - i).is_multiple_of(3) {
-            text.push(',');
-        }
-        text.push(digit);
-    }
-    text
+    number::count(value as u64)
 }
 
 /// Three significant digits, as many before the point as there are: `0.123`, `12.3`, `1,230`.

@@ -5,6 +5,8 @@
 //! `drawing.js` and `ray.js` draw them in space, `picture.js` draws the lecture's cases, `words.js`
 //! writes, and `walk.js` listens to the keys. The explanation goes in as JSON.
 
+use crate::markup::escape;
+
 const TEMPLATE: &str = include_str!("walk.html");
 const STYLE: &str = include_str!("walk.css");
 
@@ -22,7 +24,7 @@ const LAST_SCRIPT: &str = include_str!("walk.js");
 
 /// The page of an explanation.
 pub fn page(title: &str, data: &serde_json::Value) -> String {
-    let title = escape_for_html(title);
+    let title = escape(title);
     let data = escape_for_script(&data.to_string());
     let script = SCRIPTS.join("\n") + "\n" + LAST_SCRIPT;
     let value = |name: &str| match name {
@@ -42,22 +44,6 @@ pub fn page(title: &str, data: &serde_json::Value) -> String {
         rest = after;
     }
     page + rest
-}
-
-/// A text as HTML shows it.
-fn escape_for_html(text: &str) -> String {
-    let mut escaped = String::with_capacity(text.len());
-    for character in text.chars() {
-        match character {
-            '&' => escaped.push_str("&amp;"),
-            '<' => escaped.push_str("&lt;"),
-            '>' => escaped.push_str("&gt;"),
-            '"' => escaped.push_str("&quot;"),
-            '\'' => escaped.push_str("&#39;"),
-            _ => escaped.push(character),
-        }
-    }
-    escaped
 }
 
 /// JSON that may stand in a script element: `<` could end or comment out the element, and the line

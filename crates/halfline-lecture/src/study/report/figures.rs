@@ -2,7 +2,8 @@
 
 use maud::{Markup, html};
 
-use super::chart::{Axis, Chart, FONT, Ink, Marker, Point, Rule, Series, number};
+use super::axis::Axis;
+use super::chart::{Chart, FONT, Ink, Marker, Point, Rule, Series, number};
 use crate::study::engine::Engine;
 use crate::study::fit::Law;
 use crate::study::growth::Quantity;

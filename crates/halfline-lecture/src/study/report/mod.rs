@@ -1,5 +1,6 @@
 //! The study as one page that needs nothing else: no script, no font, no network.
 
+mod axis;
 mod chart;
 mod figures;
 mod tables;

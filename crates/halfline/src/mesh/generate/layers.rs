@@ -62,6 +62,8 @@ fn dealt(index: usize, things: usize, parts: usize) -> (usize, usize, usize) {
 #[cfg(test)]
 mod tests {
     use super::dealt;
+    use crate::mesh::generate::{Kind, generate};
+    use crate::progress::Silent;
 
     #[test]
     fn things_are_dealt_evenly_and_in_order() {
@@ -74,6 +76,20 @@ mod tests {
                 expected = if place + 1 == size { (part + 1, 0) } else { (part, place + 1) };
             }
             assert_eq!(expected, (parts, 0));
+        }
+    }
+
+    #[test]
+    fn layers_lie_closer_than_their_triangles_are_wide() {
+        // Between its lowest and its highest corner, a square of a sheet has more than one other sheet.
+        let mesh = generate(Kind::Layers, 200_000, 0, &Silent).unwrap();
+        let sheets = (100_000_f64).sqrt();
+        for t in 0..mesh.triangle_count() as u32 {
+            let corners = mesh.corners(t);
+            let heights = corners.map(|p| p.z);
+            let rise = heights.iter().copied().fold(0.0, f64::max)
+                - heights.iter().copied().fold(1.0, f64::min);
+            assert!(rise > 2.0 / sheets, "{t}: {corners:?}");
         }
     }
 }

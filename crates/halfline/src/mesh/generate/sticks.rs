@@ -60,3 +60,28 @@ fn to_wall(point: Vec3, along: Vec3, room: f64) -> f64 {
     };
     distance(0).min(distance(1)).min(distance(2))
 }
+
+#[cfg(test)]
+mod tests {
+    use crate::geometry::Vec3;
+    use crate::mesh::generate::{Kind, generate};
+    use crate::progress::Silent;
+
+    #[test]
+    fn sticks_go_from_wall_to_wall() {
+        for wanted in [10, 3000, 200_000] {
+            let mesh = generate(Kind::Sticks, wanted, 3, &Silent).unwrap();
+            let width = (2.0 / wanted.div_ceil(2) as f64).min(0.05);
+            for t in (0..mesh.triangle_count() as u32).step_by(2) {
+                let [a, b, c] = mesh.corners(t);
+                assert!((b - a).length() > 0.29, "{t}: {a:?} {b:?}");
+                assert!(((c - b).length() / width - 1.0).abs() < 0.05, "{t}: {b:?} {c:?}");
+                for end in [a, b] {
+                    let to_wall =
+                        end.min(Vec3::splat(1.0) - end).to_array().into_iter().fold(1.0, f64::min);
+                    assert!(to_wall <= 1.6 * width, "{t}: {end:?}");
+                }
+            }
+        }
+    }
+}
