@@ -589,6 +589,14 @@ def test_the_drawing_changes_from_step_to_step(show: Open, walks: Walks) -> None
     assert len(set(pictures)) == len(pictures)
 
 
+def test_the_view_flies_to_where_it_would_be_at_once(show: Open, walks: Walks) -> None:
+    flying = show(walks["hitting"], reduced_motion="no-preference")
+    sudden = show(walks["hitting"])
+    for shown in (flying, sudden):
+        shown.go(shown.first(kind="leaf"))
+    assert flying.picture() == sudden.picture()
+
+
 def test_the_drawing_can_be_turned_moved_zoomed_and_reset(show: Open, walks: Walks) -> None:
     shown = show(walks["hitting"])
     start = shown.picture()
