@@ -168,7 +168,7 @@ fn the_three_tasks_make_up_the_picture() {
     for shares in &study.shares {
         let sum: f64 = shares.parts().iter().sum();
         assert!((sum - 1.0).abs() < 1e-12 && shares.parts().iter().all(|part| *part >= 0.0));
-        assert_eq!((shares.triangles, shares.resolution), (16_842, [8, 6]));
+        assert_eq!((shares.triangles, shares.resolution), (96, [8, 6]));
         // The same picture, so the same rays: those of the pixels, and some from what they hit.
         assert_eq!(shares.rays, study.shares[0].rays);
         assert!(shares.rays > 48, "{shares:?}");
@@ -296,7 +296,7 @@ fn a_study_can_be_ended_at_any_time_and_tells_how_far_it_is() {
 
 #[test]
 fn the_page_needs_nothing_else() {
-    let study = made(&tiny(&[Kind::Scan, Kind::Soup], &[12, 30, 100, 300, 1000]));
+    let study = made(&tiny(&[Kind::Scan, Kind::Soup], &[12, 30, 100, 200, 400, 1000]));
     let origin = study::Origin {
         command_line: "halfline study <&>".into(),
         version: "1.2.3".into(),
@@ -320,7 +320,7 @@ fn the_page_needs_nothing_else() {
 
 #[test]
 fn lines_of_the_text_are_short() {
-    let study = made(&tiny(&[Kind::Scan, Kind::Layers], &[12, 30, 100, 300, 1000]));
+    let study = made(&tiny(&[Kind::Scan, Kind::Layers], &[12, 30, 100, 200, 400, 1000]));
     for section in study::sections(&study) {
         for line in section.body.lines() {
             assert!(line.chars().count() <= 80, "{line}");

@@ -86,8 +86,8 @@ pub struct Fits {
     pub points: usize,
 }
 
-/// Fewer tell nothing: a curve has two parameters, and the criterion's correction needs more.
-pub const FEWEST_POINTS: usize = 5;
+/// Fewer tell nothing: with five points the criterion would take a constant for what rises sevenfold.
+pub const FEWEST_POINTS: usize = 6;
 
 /// Laws whose criterion is within this of the best one's "have support" beside it (K. P. Burnham and
 /// D. R. Anderson, "Model Selection and Multimodel Inference", 2002, section 2.6).
@@ -100,7 +100,7 @@ const TOO_FAR: f64 = 0.2;
 const EXACT: f64 = 1e-3;
 
 impl Fits {
-    /// Fits all laws to (n, y). `None` for fewer than five points, and where y is not
+    /// Fits all laws to (n, y). `None` for fewer than six points, and where y is not
     /// positive, for it has no logarithm.
     pub fn to(points: &[(f64, f64)]) -> Option<Fits> {
         let is_fit = |&(n, y): &(f64, f64)| n >= 1.0 && y > 0.0 && y.is_finite();
@@ -108,7 +108,9 @@ impl Fits {
             return None;
         }
         let mut ranked: Vec<Fit> = Law::ALL.iter().map(|&law| fit(law, points)).collect();
-        ranked.sort_by(|x, y| x.aicc.total_cmp(&y.aicc));
+        // What does not describe the measurements comes last, however few parameters it has.
+        let is_off = |fit: &Fit| fit.deviation > TOO_FAR;
+        ranked.sort_by(|x, y| is_off(x).cmp(&is_off(y)).then(x.aicc.total_cmp(&y.aicc)));
         Some(Fits { ranked, points: points.len() })
     }
 
@@ -120,7 +122,11 @@ impl Fits {
     /// The best, and those that cannot be told from it.
     pub fn supported(&self) -> &[Fit] {
         let limit = self.best().aicc + AS_GOOD;
-        let end = self.ranked.iter().take_while(|fit| fit.aicc <= limit).count();
+        let end = self
+            .ranked
+            .iter()
+            .take_while(|fit| fit.aicc <= limit && (fit.deviation <= TOO_FAR || self.none_holds()))
+            .count();
         &self.ranked[..end]
     }
 
@@ -303,6 +309,13 @@ mod tests {
             "{}",
             fits.verdict()
         );
+    }
+
+    #[test]
+    fn few_points_are_not_taken_for_a_constant() {
+        let points = &measured(|n| 100.0 + n.sqrt(), 0.05, 1)[..FEWEST_POINTS];
+        let fits = Fits::to(points).unwrap();
+        assert!(fits.best().law != Law::Constant && !fits.none_holds(), "{fits:#?}");
     }
 
     #[test]

@@ -186,7 +186,9 @@ pub fn study(settings: &Settings, observer: &dyn Observer) -> Result<Study> {
     let plan: Vec<(&Family, Vec<usize>)> =
         settings.families.iter().map(|family| (family, family.sizes(&settings.sizes))).collect();
     let work_of = |size: usize| settings.rough_seconds(size);
-    let picture_work = work_of(LECTURE_SIZES[0]);
+    let largest = settings.sizes.iter().copied().max().unwrap_or(LECTURE_SIZES[0]);
+    let picture_size = largest.min(LECTURE_SIZES[0]);
+    let picture_work = work_of(picture_size);
     let sizes = plan.iter().flat_map(|(_, sizes)| sizes);
     let total = sizes.map(|&size| work_of(size)).sum::<f64>() + picture_work;
     let mut before = 0.0;
@@ -211,7 +213,7 @@ pub fn study(settings: &Settings, observer: &dyn Observer) -> Result<Study> {
     let shares = match settings.families.first() {
         Some(family) => {
             let part = Part::new(observer, before, picture_work, total);
-            let mesh = family.mesh_of_at_most(LECTURE_SIZES[0], &part)?;
+            let mesh = family.mesh_of_at_most(picture_size, &part)?;
             one_thread.install(|| share::shares(&mesh, settings, &part))?
         }
         None => Vec::new(),

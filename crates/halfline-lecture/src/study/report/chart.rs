@@ -301,7 +301,7 @@ fn note(text: &str) -> Markup {
     html! {
         tspan fill=(GREY) { (base) }
         @if !power.is_empty() {
-            tspan dy="-4" font-size="8" fill=(GREY) { (power.trim_end_matches(')')) }
+            tspan dy="-4" font-size="8" fill=(GREY) { (power.replace(')', "")) }
         }
     }
 }

@@ -136,7 +136,9 @@ impl Figure<'_> {
             })
             .collect();
         let fits = self.law_of.and_then(|quantity| family.growth(engine, quantity).fits);
-        let best = fits.filter(|fits| !fits.none_holds()).map(|fits| *fits.best());
+        let fits = fits.filter(|fits| !fits.none_holds());
+        let is_open = fits.as_ref().is_some_and(|fits| fits.supported().len() > 1);
+        let best = fits.map(|fits| *fits.best());
         let (first, last) = match (points.first(), points.last()) {
             (Some(first), Some(last)) => (first.at[0].max(low), last.at[0].min(high)),
             _ => (low, high),
@@ -145,7 +147,7 @@ impl Figure<'_> {
             let at = |i: i32| first * (last / first).powf(f64::from(i) / 60.0);
             (0..=60).map(at).map(|n| [n, fit.at(n)]).collect()
         });
-        let note = best.map_or(String::new(), |fit| law_note(fit.law));
+        let note = best.map_or(String::new(), |fit| law_note(fit.law, is_open));
         Series { ink: ink(engine), label: short(engine).into(), note, points, curve }
     }
 }
@@ -161,12 +163,10 @@ const fn short(engine: Engine) -> &'static str {
     }
 }
 
-/// A law with little room.
-fn law_note(law: Law) -> String {
-    match law {
-        Law::Constant => "const.".into(),
-        law => law.name().into(),
-    }
+/// A law with little room; with a question mark if another fits as well.
+fn law_note(law: Law, is_open: bool) -> String {
+    let name = if law == Law::Constant { "const." } else { law.name() };
+    format!("{name}{}", if is_open { "?" } else { "" })
 }
 
 /// What a visit costs, against the bytes that rays walk in.

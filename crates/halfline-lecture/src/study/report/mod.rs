@@ -67,7 +67,7 @@ pub fn html(study: &Study, origin: &Origin) -> String {
                 h2 { "Time" }
                 (of(&TIME, "Time of a ray against the number of triangles, closest hit, one thread; each \
                     point is the median of several turns. Thin lines are the laws that fit best, named at \
-                    their ends. Open markers are extrapolated: brute force would not finish in time."))
+                    their ends. A question mark: another law fits as well. Open markers are extrapolated: brute force would not finish in time."))
                 (tables::times(study))
                 h2 { "Counts" }
                 (of(&STEPS, "Nodes and leaves that a ray visits. They do not depend on the machine: this is \
