@@ -43,7 +43,7 @@ mod tests {
                     (bounds.min[axis] - 1e-9..=bounds.max[axis] + 1e-9).contains(&target[axis])
                 );
             }
-            mean = mean + (target - bounds.center()) / 1000.0;
+            mean += (target - bounds.center()) / 1000.0;
         }
         // The mean of a thousand numbers from -2 to 2 deviates by 0.04.
         assert!(mean.length() < 0.2, "{mean:?}");
