@@ -152,6 +152,15 @@ def test_a_pixel_is_the_one_that_render_draws(
     assert len(drawn) == 4
 
 
+def test_the_page_has_the_axis_up_that_the_picture_has(
+    halfline: Halfline, cube: Path, tmp_path: Path
+) -> None:
+    for up, axis in (("+Y", 1), ("-X", 0), ("+Z", 2)):
+        halfline.ok("explain", cube, "--pixel=640,360", f"--up={up}", "-o", tmp_path / "up.html")
+        page = (tmp_path / "up.html").read_text(encoding="utf-8")
+        assert re.search(rf'"up":{axis}[,}}]', page)
+
+
 def test_text_names_what_is_asked(halfline: Halfline, cube: Path) -> None:
     text = halfline.ok("explain", cube, "--ray=-1,2,0.3,1,0,0", "--rule", "middle")
     assert "cube.ply: the ray from -1, 2, 0.3 along 1, 0, 0" in text
@@ -184,6 +193,7 @@ def test_every_output_holds_the_whole_explanation(
     assert data is not None
     shown = json.loads(data[1])
     assert len(shown.pop("scenery")) == 192
+    assert shown.pop("up") == 2
     assert shown == told
     assert halfline.ok(*asked, "-o", tmp_path / "quiet.html", "--quiet") == ""
     assert sorted(path.name for path in tmp_path.iterdir()) == [

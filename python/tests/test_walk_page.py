@@ -301,7 +301,7 @@ def test_what_the_command_tells_follows_the_schema(walks: Walks, name: str) -> N
     told = dict(walks[name].explanation)
     # The scenery is for the page alone.
     assert not judge.is_valid(told)
-    del told["scenery"]
+    del told["scenery"], told["up"]
     judge.validate(told)
 
 
@@ -741,6 +741,16 @@ def test_an_empty_mesh_has_a_page(show: Open, walks: Walks) -> None:
     assert "there are no triangles" in shown.picture_text()
     shown.page.keyboard.press("End")
     assert shown.text("#case strong") == "missed"
+
+
+def test_the_camera_says_what_is_up(show: Open, walks: Walks) -> None:
+    walk = walks["hitting"]
+    pictures = set()
+    for up, name in enumerate("xyz"):
+        shown = show(walk.showing({**walk.explanation, "up": up}))
+        assert shown.text("#up") == f"up: {name}"
+        pictures.add(shown.picture())
+    assert len(pictures) == 3
 
 
 def test_two_thousand_steps(show: Open, walks: Walks) -> None:

@@ -63,6 +63,6 @@ impl Explanation {
     }
 
     fn page(&self, py: Python) -> PyResult<String> {
-        self.tell(py, |told| told.to_page())
+        self.tell(py, |told| told.to_page(2))
     }
 }

@@ -162,6 +162,12 @@ fn ray_of(options: &Options, scene: &Scene) -> Result<Option<Ray>, Failure> {
     Ok(Some(Plan::new(scene, &settings)?.pixel_ray(column, row)?))
 }
 
+/// The axis that points up in the picture of which a pixel is explained; z where there is none.
+fn up_axis(options: &Options) -> Result<usize, Error> {
+    let camera = options.camera.settings().map_err(|reason| Error::invalid("camera", reason))?;
+    Ok(options.pixel.map_or(2, |_| camera.up.vector().abs().max_axis()))
+}
+
 /// What people know the mesh by.
 fn name_of(mesh: &Path) -> String {
     mesh.file_name().unwrap_or(mesh.as_os_str()).to_string_lossy().into_owned()
@@ -179,7 +185,7 @@ fn tell(options: &Options, source: &Source, session: Session) -> Result<(), Fail
     if let Some(path) = &options.output {
         let content = scene.guarded(|| {
             Ok(match output::extension(path).as_deref() {
-                Some("html") => told.to_page(),
+                Some("html") => told.to_page(up_axis(options)?),
                 Some("json") => format!("{:#}\n", told.to_json()),
                 _ => told.to_text(),
             })

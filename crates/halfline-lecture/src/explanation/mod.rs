@@ -34,10 +34,12 @@ impl Told<'_> {
         text::of(self)
     }
 
-    /// A page to step through, which needs nothing but itself.
-    pub fn to_page(&self) -> String {
+    /// A page to step through, which needs nothing but itself. In its drawing the axis `up` (0, 1 or 2) points
+    /// up, until somebody chooses another.
+    pub fn to_page(&self, up: usize) -> String {
         let mut data = self.to_json();
         data["scenery"] = json!(scenery(self.mesh));
+        data["up"] = json!(up);
         let title = format!("{}: the walk of a ray", self.name);
         page::page(&title, &data)
     }

@@ -4,7 +4,7 @@ class Drawing {
   constructor(canvas, walk) {
     this.walk = walk;
     this.frame = new Frame(walk.cells[0]?.bounds, walk.data.ray);
-    this.camera = new Camera(this.frame, 2);
+    this.camera = new Camera(this.frame, walk.data.up ?? 2);
     this.brush = new Brush(canvas);
     this.isFollowing = true;
     this.boxes = walk.cells.map((cell) => (isBox(cell.bounds) ? this.frame.box(cell.bounds) : null));

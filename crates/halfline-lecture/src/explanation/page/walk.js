@@ -154,10 +154,14 @@ function toggleFollow() {
   aim(false);
 }
 
+function tellUp() {
+  byId("up").textContent = `up: ${AXES[drawing.camera.up]}`;
+}
+
 function turnUp() {
   drawing.camera.up = (drawing.camera.up + 1) % 3;
   drawing.camera.reset();
-  byId("up").textContent = `up: ${AXES[drawing.camera.up]}`;
+  tellUp();
   ask();
 }
 
@@ -283,3 +287,4 @@ window.whereIs = (position) => drawing.camera.project(drawing.frame.point(positi
 
 goTo(readHash() ?? 0, { isSudden: true });
 tellPlaying();
+tellUp();
