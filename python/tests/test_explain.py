@@ -115,6 +115,13 @@ def test_verdicts_are_those_of_an_independent_judge(judged: Judged, scene: packa
     for ray in judged.rays[:40]:
         origin, direction = ray[:3], ray[3:]
         for step in scene.explain(origin, direction).steps:
+            met = {test["face"]: test for test in step.get("tests", []) if test["t"] is not None}
+            if step.get("closest") is not None:
+                closest = min(met.values(), key=lambda test: (test["t"], test["face"]))
+                assert step["closest"] == {"face": closest["face"], "t": closest["t"]}
+                found = {face: test["verdict"] for face, test in met.items()}
+                assert found.pop(closest["face"]) == "hit"
+                assert set(found.values()) <= {"farther"}
             for test in step.get("tests", []):
                 a, b, c = corners[test["face"]]
                 normal = np.cross(b - a, c - a)
@@ -122,6 +129,11 @@ def test_verdicts_are_those_of_an_independent_judge(judged: Judged, scene: packa
                 point = origin + t * direction
                 sides = [normal @ np.cross(q - p, point - p) for p, q in ((b, c), (c, a), (a, b))]
                 is_met = min(sides) > 0
+                # The sign of each edge: which way round it goes, seen from the origin.
+                from_origin = [corner - origin for corner in (a, b, c)]
+                ends_of = [(1, 2), (2, 0), (0, 1)]
+                turns = [direction @ np.cross(from_origin[i], from_origin[j]) for i, j in ends_of]
+                assert test["edge_signs"] == np.sign(turns).astype(int).tolist()
                 assert is_met == (test["verdict"] != "outside"), test
                 if is_met:
                     assert test["t"] == pytest.approx(t, rel=1e-9)
@@ -135,6 +147,14 @@ def test_verdicts_are_those_of_an_independent_judge(judged: Judged, scene: packa
                 nearest = np.linalg.norm(away, axis=1).min()
                 assert test["by"] == pytest.approx(nearest, rel=1e-4)
     assert outside > 50
+
+
+def test_a_leaf_has_one_hit_and_the_others_are_farther() -> None:
+    soup = package.Scene(package.generate("soup", 10))
+    steps = soup.explain([-0.2, 0.4, 0.8], [1, 0.1, -0.1]).steps
+    verdicts = [{test["face"]: test["verdict"] for test in step.get("tests", [])} for step in steps]
+    assert {4: "hit"} in verdicts
+    assert {0: "hit", 4: "farther", 5: "outside", 8: "outside"} in verdicts
 
 
 def test_a_pixel_is_the_one_that_render_draws(
@@ -241,6 +261,21 @@ def test_a_plane_shows_the_cells_and_those_of_the_ray(
         assert path_rectangles(each.get("d", ""))[0] in rectangles
     mesh = next(each for each in root.iter(f"{SVG}path") if each.get("class") == "mesh")
     assert mesh.get("d", "").count("M") == figures["segments"] > 50
+
+
+def test_a_plane_shows_the_leaves_that_a_ray_within_it_visits(
+    halfline: Halfline, judged: Judged
+) -> None:
+    for ray in ("--ray=-3,0.2,0.1,1,0.05,0", "--ray=0.3,-3,0.1,0.02,1,0"):
+        asked = ("explain", judged.path, ray)
+        steps = halfline.json(*asked)["steps"]
+        leaves = [step["cell"] for step in steps if step["kind"] == "leaf"]
+        root = ElementTree.fromstring(halfline.ok(*asked, "--plane=xy", "--at=0.1"))
+        paths = root.iter(f"{SVG}path")
+        visited = [
+            int(each.get("data-cell", "")) for each in paths if each.get("class") == "visited"
+        ]
+        assert sorted(visited) == sorted(leaves)
 
 
 def test_a_plane_goes_through_the_hit_of_the_ray(
