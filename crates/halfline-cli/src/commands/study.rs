@@ -19,11 +19,11 @@ use crate::source::MeshSource;
 use crate::{output, session, units, values};
 
 const EXAMPLES: &str = "\
-Brute force, the lecture's kd-tree (split in the middle, at the median, by the surface-area heuristic)
-and halfline answer the same rays, one thread each, on meshes of 10^2 to 10^7 triangles. Nodes, leaves
-and triangles a ray visits are counted, its time is taken, and laws of growth are fitted to both. The
-report says which law holds, where the cache ends, and how much of a picture's time is intersection.
-docs/study.md says what is in study.csv, and how it was measured.
+Brute force, the lecture's kd-tree (split in the middle, at the median, by the surface-area
+heuristic) and halfline answer the same rays, one thread each, on meshes of 10^2 to 10^7 triangles.
+Nodes, leaves and triangles that a ray visits are counted, its time is taken, and laws of growth are
+fitted to both. The report says which law holds, where the cache ends, and how much of a picture's
+time is intersection. docs/study.md says what is in study.csv, and how it was measured.
 
 Examples:
   halfline study --quick
