@@ -24,7 +24,7 @@ use crate::{output, units, values};
 const EXAMPLES: &str = "\
 A ray's walk through the lecture's kd-tree, step by step: each cell and which case of the traversal
 it is, each triangle and why it is hit or missed, and what the engine did for the same answer. For a
-ray that hits nothing, which triangle it passes closest, and by how much. docs/explain.md tells more.
+ray that hits nothing, which triangle it passes closest, and by how much. See docs/explain.md.
 
 Examples:
   halfline explain scan.ply --ray 0,0,5,0,0,-1           as text
