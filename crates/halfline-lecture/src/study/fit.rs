@@ -119,8 +119,12 @@ impl Fits {
         &self.ranked[0]
     }
 
-    /// The best, and those that cannot be told from it.
+    /// The best, and those that cannot be told from it. A constant is part of all the other curves, so
+    /// where it is the best none of them says more.
     pub fn supported(&self) -> &[Fit] {
+        if self.best().law == Law::Constant {
+            return &self.ranked[..1];
+        }
         let limit = self.best().aicc + AS_GOOD;
         let end = self
             .ranked
