@@ -52,8 +52,8 @@ pub struct Explanation {
 }
 
 impl Scene {
-    /// Explains what a ray hits, or why it hits nothing. It takes some passes over the mesh, and 60 bytes
-    /// for each triangle, meanwhile.
+    /// Explains what a ray hits, or why it hits nothing. It takes some passes over the mesh, and about
+    /// 110 bytes for each triangle meanwhile.
     ///
     /// # Errors
     /// [`Error::Invalid`] for a ray that hits nothing by definition ([`Ray::is_valid`]), which says why;
