@@ -130,7 +130,7 @@ impl Chart {
                 (self.rule(rule))
             }
             path d=(format!("M{left} {top}V{bottom}H{right}")) fill="none" stroke=(INK) stroke-width="1" {}
-            text x=(left) y=(top - 12.0) font-size="13" font-weight="bold" fill=(INK) { (self.title) }
+            text x=(left) y=(top - 16.0) font-size="13" font-weight="bold" fill=(INK) { (self.title) }
             text x=(number((left + right) / 2.0)) y=(number(bottom + 38.0)) font-size="11.5"
                 text-anchor="middle" fill=(INK) { (self.x.label) }
             text transform=(format!("translate(14 {}) rotate(-90)", number((top + bottom) / 2.0)))
