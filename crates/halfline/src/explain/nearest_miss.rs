@@ -8,7 +8,7 @@
 
 use rayon::prelude::*;
 
-use super::verdict::{Edge, TriangleTest, Verdict};
+use super::verdict::{Edge, TriangleTest};
 use crate::error::Result;
 use crate::geometry::{Aabb, Ray, Vec3};
 use crate::mesh::Mesh;
@@ -244,11 +244,4 @@ fn nearest_of_triangle(point: Vec3, &[a, b, c]: &[Vec3; 3]) -> Vec3 {
     }
     let sum = va + vb + vc;
     if sum > 0.0 { a + ab * (vb / sum) + ac * (vc / sum) } else { a }
-}
-
-impl NearestMiss {
-    /// True if the ray's line meets the triangle, though out of the ray's range.
-    pub fn is_on_line(&self) -> bool {
-        matches!(self.test.verdict, Verdict::Behind { .. } | Verdict::Beyond { .. })
-    }
 }
