@@ -1,7 +1,7 @@
 //! NumPy's arrays as the library's slices. What a caller may pass is for `_arrays.py` to check; here
 //! arrive C-contiguous arrays of the machine's byte order, or plain numbers.
 
-use halfline::scene::{Column, Numbers, Vectors};
+use halfline::scene::{Column, Scalars, Vectors};
 use numpy::{PyArrayDyn, PyArrayMethods, PyReadonlyArrayDyn, PyReadwriteArrayDyn};
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
@@ -49,7 +49,7 @@ impl VectorArray<'_> {
 
 impl NumberArray<'_> {
     /// The numbers.
-    pub fn column(&self) -> PyResult<Numbers<'_>> {
+    pub fn column(&self) -> PyResult<Scalars<'_>> {
         Ok(match self {
             ColumnArray::Same(number) => Column::Same(*number),
             ColumnArray::Single(array) => Column::Single(array.as_slice()?),

@@ -17,7 +17,7 @@ use crate::traverse;
 #[cfg(feature = "variants")]
 pub use crate::traverse::PlainCaster;
 pub use crate::traverse::columns::{
-    AllHitColumns, Column, HitColumns, Numbers, RayColumns, Vectors,
+    AllHitColumns, Column, HitColumns, RayColumns, Scalars, Vectors,
 };
 pub use crate::traverse::{AllHits, BatchRay, Caster, LeafVerdict, RayCounters, Visit, WorkCounts};
 use crate::tree::file as tree_file;

@@ -6,7 +6,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 
 use common::{Random, nasty_ray, sphere};
 use halfline::progress::{Observer, Silent, Stage};
-use halfline::scene::{Column, HitColumns, Numbers, RayColumns, Vectors};
+use halfline::scene::{Column, HitColumns, RayColumns, Scalars, Vectors};
 use halfline::{Error, Hit, Ray, Scene, Vec3};
 
 /// Around the number of rays that a thread takes at a time.
@@ -59,7 +59,7 @@ impl Table {
         ];
         let directions: [Vectors; 3] =
             [direction, Column::Single(&self.single_directions), Column::Double(&self.directions)];
-        let ranges: [(Numbers, Numbers); 4] = [
+        let ranges: [(Scalars, Scalars); 4] = [
             (Column::Same(0.0), Column::Same(f64::INFINITY)),
             (Column::Same(0.1), Column::Same(2.7)),
             (Column::Single(&self.single_t_min), Column::Single(&self.single_t_max)),
@@ -88,7 +88,7 @@ fn rows(columns: &RayColumns) -> Vec<Ray> {
             Column::Double(all) => all[i].into(),
         }
     }
-    fn number(column: Numbers, i: usize) -> f64 {
+    fn number(column: Scalars, i: usize) -> f64 {
         match column {
             Column::Same(x) => x,
             Column::Single(all) => all[i].into(),

@@ -4,7 +4,7 @@
 
 use std::arch::x86_64::*;
 
-use super::{Doubles, EXPONENT_BITS, Job, LANES, LINE, POWER_AND_INVERSE, Simd, WORDS};
+use super::{EXPONENT_BITS, Job, LANES, LINE, POWER_AND_INVERSE, Simd, SimdF64, WORDS};
 
 /// The witness: exists only inside of [`run`] and of what has more instructions.
 #[derive(Clone, Copy)]
@@ -50,18 +50,18 @@ const fn front() -> [[u8; LANES]; 256] {
     table
 }
 
-/// The same, never inlined. Compiled for AVX2.
+/// Runs a job compiled for AVX2 in a function of its own, which is never inlined.
 ///
 /// # Safety
 /// The machine has the instructions.
 #[target_feature(enable = "avx2,fma,bmi1,bmi2,popcnt,lzcnt")]
 #[inline(never)]
-unsafe fn run_apart<J: Job>(job: J) -> J::Output {
+unsafe fn run_outlined<J: Job>(job: J) -> J::Output {
     job.run(Avx2(()))
 }
 
 impl Simd for Avx2 {
-    type Floats = __m256;
+    type F32x8 = __m256;
 
     #[inline(always)]
     fn splat(self, x: f32) -> __m256 {
@@ -76,31 +76,31 @@ impl Simd for Avx2 {
     }
 
     #[inline(always)]
-    fn multiply_add(self, a: __m256, b: __m256, c: __m256) -> __m256 {
+    fn mul_add(self, a: __m256, b: __m256, c: __m256) -> __m256 {
         // SAFETY: the witness stands for the instructions.
         unsafe { _mm256_fmadd_ps(a, b, c) }
     }
 
     #[inline(always)]
-    fn minus(self, a: __m256, b: __m256) -> __m256 {
+    fn sub(self, a: __m256, b: __m256) -> __m256 {
         // SAFETY: the witness stands for the instructions.
         unsafe { _mm256_sub_ps(a, b) }
     }
 
     #[inline(always)]
-    fn plus(self, a: __m256, b: __m256) -> __m256 {
+    fn add(self, a: __m256, b: __m256) -> __m256 {
         // SAFETY: the witness stands for the instructions.
         unsafe { _mm256_add_ps(a, b) }
     }
 
     #[inline(always)]
-    fn times(self, a: __m256, b: __m256) -> __m256 {
+    fn mul(self, a: __m256, b: __m256) -> __m256 {
         // SAFETY: the witness stands for the instructions.
         unsafe { _mm256_mul_ps(a, b) }
     }
 
     #[inline(always)]
-    fn divided(self, a: __m256, b: __m256) -> __m256 {
+    fn div(self, a: __m256, b: __m256) -> __m256 {
         // SAFETY: the witness stands for the instructions.
         unsafe { _mm256_div_ps(a, b) }
     }
@@ -112,37 +112,37 @@ impl Simd for Avx2 {
     }
 
     #[inline(always)]
-    fn subtract_product(self, a: __m256, b: __m256, c: __m256) -> __m256 {
+    fn neg_mul_add(self, a: __m256, b: __m256, c: __m256) -> __m256 {
         // SAFETY: the witness stands for the instructions.
         unsafe { _mm256_fnmadd_ps(a, b, c) }
     }
 
     #[inline(always)]
-    fn magnitude(self, a: __m256) -> __m256 {
+    fn abs(self, a: __m256) -> __m256 {
         // SAFETY: the witness stands for the instructions.
         unsafe { _mm256_andnot_ps(_mm256_set1_ps(-0.0), a) }
     }
 
     #[inline(always)]
-    fn are_below(self, a: __m256, b: __m256) -> u32 {
+    fn lt(self, a: __m256, b: __m256) -> u32 {
         // SAFETY: the witness stands for the instructions.
         unsafe { _mm256_movemask_ps(_mm256_cmp_ps::<_CMP_LT_OQ>(a, b)) as u32 }
     }
 
     #[inline(always)]
-    fn least(self, a: __m256, b: __m256) -> __m256 {
+    fn min(self, a: __m256, b: __m256) -> __m256 {
         // SAFETY: the witness stands for the instructions.
         unsafe { _mm256_min_ps(a, b) }
     }
 
     #[inline(always)]
-    fn largest(self, a: __m256, b: __m256) -> __m256 {
+    fn max(self, a: __m256, b: __m256) -> __m256 {
         // SAFETY: the witness stands for the instructions.
         unsafe { _mm256_max_ps(a, b) }
     }
 
     #[inline(always)]
-    fn push(
+    fn compress(
         self,
         near: __m256,
         far: __m256,
@@ -173,7 +173,7 @@ impl Simd for Avx2 {
     }
 
     #[inline(always)]
-    fn words_equal(self, words: &[u32; LANES], word: u32) -> u32 {
+    fn eq_u32(self, words: &[u32; LANES], word: u32) -> u32 {
         // SAFETY: the witness stands for the instructions; the array is as long as the load.
         unsafe {
             let words = _mm256_loadu_si256(words.as_ptr().cast());
@@ -183,7 +183,7 @@ impl Simd for Avx2 {
     }
 
     #[inline(always)]
-    fn set_words(self, mask: u32, word: u32, words: &mut [u32; LANES]) {
+    fn masked_fill_u32(self, mask: u32, word: u32, words: &mut [u32; LANES]) {
         // SAFETY: the witness stands for the instructions; the array is as long as load and store.
         unsafe {
             let place = words.as_mut_ptr().cast();
@@ -194,7 +194,7 @@ impl Simd for Avx2 {
     }
 
     #[inline(always)]
-    fn words_below(self, words: &[u32; WORDS], limit: u32) -> u32 {
+    fn lt_u32(self, words: &[u32; WORDS], limit: u32) -> u32 {
         // Comparisons are of signed numbers only: move both by half of the range.
         let half = i32::MIN;
         let mut bits = 0;
@@ -212,12 +212,12 @@ impl Simd for Avx2 {
     }
 
     #[inline(always)]
-    fn apart<J: Job>(self, job: J) -> J::Output {
+    fn outlined<J: Job>(self, job: J) -> J::Output {
         // SAFETY: the witness stands for the instructions.
-        unsafe { run_apart(job) }
+        unsafe { run_outlined(job) }
     }
 
-    type Wide = Avx2Doubles;
+    type F64 = Avx2Doubles;
 
     #[inline(always)]
     fn doubles(self) -> Avx2Doubles {
@@ -240,19 +240,19 @@ impl Simd for Avx2 {
     }
 
     #[inline(always)]
-    fn if_below(self, a: __m256, b: __m256, x: __m256, y: __m256) -> __m256 {
+    fn select_lt(self, a: __m256, b: __m256, x: __m256, y: __m256) -> __m256 {
         // SAFETY: the witness stands for the instructions.
         unsafe { _mm256_blendv_ps(y, x, _mm256_cmp_ps::<_CMP_LT_OQ>(a, b)) }
     }
 
     #[inline(always)]
-    fn choose(self, mask: u32, x: __m256, y: __m256) -> __m256 {
+    fn select(self, mask: u32, x: __m256, y: __m256) -> __m256 {
         // SAFETY: the witness stands for the instructions.
         unsafe { _mm256_blendv_ps(y, x, _mm256_castsi256_ps(lanes_of(mask))) }
     }
 
     #[inline(always)]
-    fn transposed(self, [a, b, c, d, e, f, g, h]: [__m256; LANES]) -> [__m256; LANES] {
+    fn transpose(self, [a, b, c, d, e, f, g, h]: [__m256; LANES]) -> [__m256; LANES] {
         // SAFETY: the witness stands for the instructions.
         unsafe {
             // Pairs of rows, quadruples, all eight.
@@ -309,8 +309,8 @@ unsafe fn lanes_of(mask: u32) -> __m256i {
 #[derive(Clone, Copy)]
 pub struct Avx2Doubles(());
 
-impl Doubles for Avx2Doubles {
-    type Numbers = [__m256d; 2];
+impl SimdF64 for Avx2Doubles {
+    type F64x8 = [__m256d; 2];
 
     #[inline(always)]
     fn splat(self, x: f64) -> [__m256d; 2] {
@@ -334,37 +334,37 @@ impl Doubles for Avx2Doubles {
     }
 
     #[inline(always)]
-    fn plus(self, a: [__m256d; 2], b: [__m256d; 2]) -> [__m256d; 2] {
+    fn add(self, a: [__m256d; 2], b: [__m256d; 2]) -> [__m256d; 2] {
         // SAFETY: the witness stands for the instructions.
         unsafe { [_mm256_add_pd(a[0], b[0]), _mm256_add_pd(a[1], b[1])] }
     }
 
     #[inline(always)]
-    fn minus(self, a: [__m256d; 2], b: [__m256d; 2]) -> [__m256d; 2] {
+    fn sub(self, a: [__m256d; 2], b: [__m256d; 2]) -> [__m256d; 2] {
         // SAFETY: the witness stands for the instructions.
         unsafe { [_mm256_sub_pd(a[0], b[0]), _mm256_sub_pd(a[1], b[1])] }
     }
 
     #[inline(always)]
-    fn times(self, a: [__m256d; 2], b: [__m256d; 2]) -> [__m256d; 2] {
+    fn mul(self, a: [__m256d; 2], b: [__m256d; 2]) -> [__m256d; 2] {
         // SAFETY: the witness stands for the instructions.
         unsafe { [_mm256_mul_pd(a[0], b[0]), _mm256_mul_pd(a[1], b[1])] }
     }
 
     #[inline(always)]
-    fn multiply_add(self, a: [__m256d; 2], b: [__m256d; 2], c: [__m256d; 2]) -> [__m256d; 2] {
+    fn mul_add(self, a: [__m256d; 2], b: [__m256d; 2], c: [__m256d; 2]) -> [__m256d; 2] {
         // SAFETY: the witness stands for the instructions.
         unsafe { [_mm256_fmadd_pd(a[0], b[0], c[0]), _mm256_fmadd_pd(a[1], b[1], c[1])] }
     }
 
     #[inline(always)]
-    fn divided(self, a: [__m256d; 2], b: [__m256d; 2]) -> [__m256d; 2] {
+    fn div(self, a: [__m256d; 2], b: [__m256d; 2]) -> [__m256d; 2] {
         // SAFETY: the witness stands for the instructions.
         unsafe { [_mm256_div_pd(a[0], b[0]), _mm256_div_pd(a[1], b[1])] }
     }
 
     #[inline(always)]
-    fn magnitude(self, a: [__m256d; 2]) -> [__m256d; 2] {
+    fn abs(self, a: [__m256d; 2]) -> [__m256d; 2] {
         // SAFETY: the witness stands for the instructions.
         unsafe {
             let sign = _mm256_set1_pd(-0.0);
@@ -393,19 +393,19 @@ impl Doubles for Avx2Doubles {
     }
 
     #[inline(always)]
-    fn least(self, a: [__m256d; 2], b: [__m256d; 2]) -> [__m256d; 2] {
+    fn min(self, a: [__m256d; 2], b: [__m256d; 2]) -> [__m256d; 2] {
         // SAFETY: the witness stands for the instructions.
         unsafe { [_mm256_min_pd(a[0], b[0]), _mm256_min_pd(a[1], b[1])] }
     }
 
     #[inline(always)]
-    fn largest(self, a: [__m256d; 2], b: [__m256d; 2]) -> [__m256d; 2] {
+    fn max(self, a: [__m256d; 2], b: [__m256d; 2]) -> [__m256d; 2] {
         // SAFETY: the witness stands for the instructions.
         unsafe { [_mm256_max_pd(a[0], b[0]), _mm256_max_pd(a[1], b[1])] }
     }
 
     #[inline(always)]
-    fn are_below(self, a: [__m256d; 2], b: [__m256d; 2]) -> u32 {
+    fn lt(self, a: [__m256d; 2], b: [__m256d; 2]) -> u32 {
         // SAFETY: the witness stands for the instructions.
         unsafe {
             let low = _mm256_movemask_pd(_mm256_cmp_pd::<_CMP_LT_OQ>(a[0], b[0]));
@@ -415,7 +415,7 @@ impl Doubles for Avx2Doubles {
     }
 
     #[inline(always)]
-    fn are_ordered(self, a: [__m256d; 2], b: [__m256d; 2]) -> u32 {
+    fn le(self, a: [__m256d; 2], b: [__m256d; 2]) -> u32 {
         // SAFETY: the witness stands for the instructions.
         unsafe {
             let low = _mm256_movemask_pd(_mm256_cmp_pd::<_CMP_LE_OQ>(a[0], b[0]));
@@ -425,7 +425,7 @@ impl Doubles for Avx2Doubles {
     }
 
     #[inline(always)]
-    fn if_below(
+    fn select_lt(
         self,
         a: [__m256d; 2],
         b: [__m256d; 2],

@@ -6,7 +6,7 @@
 use std::arch::x86_64::*;
 
 use super::avx2::Avx2;
-use super::{Doubles, EXPONENT_BITS, Job, LANES, POWER_AND_INVERSE, Simd, WORDS};
+use super::{EXPONENT_BITS, Job, LANES, POWER_AND_INVERSE, Simd, SimdF64, WORDS};
 
 /// The witness: exists only inside of [`run`].
 #[derive(Clone, Copy)]
@@ -28,13 +28,13 @@ pub unsafe fn run<J: Job>(job: J) -> J::Output {
 /// The machine has the instructions.
 #[target_feature(enable = "avx512f,avx512vl,avx512dq,avx512bw,avx2,fma,bmi1,bmi2,popcnt,lzcnt")]
 #[inline(never)]
-unsafe fn run_apart<J: Job>(job: J) -> J::Output {
+unsafe fn run_outlined<J: Job>(job: J) -> J::Output {
     // SAFETY: every machine with these instructions has those of AVX2.
     job.run(Avx512(unsafe { Avx2::witness() }))
 }
 
 impl Simd for Avx512 {
-    type Floats = __m256;
+    type F32x8 = __m256;
 
     #[inline(always)]
     fn splat(self, x: f32) -> __m256 {
@@ -47,28 +47,28 @@ impl Simd for Avx512 {
     }
 
     #[inline(always)]
-    fn multiply_add(self, a: __m256, b: __m256, c: __m256) -> __m256 {
-        self.0.multiply_add(a, b, c)
+    fn mul_add(self, a: __m256, b: __m256, c: __m256) -> __m256 {
+        self.0.mul_add(a, b, c)
     }
 
     #[inline(always)]
-    fn minus(self, a: __m256, b: __m256) -> __m256 {
-        self.0.minus(a, b)
+    fn sub(self, a: __m256, b: __m256) -> __m256 {
+        self.0.sub(a, b)
     }
 
     #[inline(always)]
-    fn plus(self, a: __m256, b: __m256) -> __m256 {
-        self.0.plus(a, b)
+    fn add(self, a: __m256, b: __m256) -> __m256 {
+        self.0.add(a, b)
     }
 
     #[inline(always)]
-    fn times(self, a: __m256, b: __m256) -> __m256 {
-        self.0.times(a, b)
+    fn mul(self, a: __m256, b: __m256) -> __m256 {
+        self.0.mul(a, b)
     }
 
     #[inline(always)]
-    fn divided(self, a: __m256, b: __m256) -> __m256 {
-        self.0.divided(a, b)
+    fn div(self, a: __m256, b: __m256) -> __m256 {
+        self.0.div(a, b)
     }
 
     #[inline(always)]
@@ -77,33 +77,33 @@ impl Simd for Avx512 {
     }
 
     #[inline(always)]
-    fn subtract_product(self, a: __m256, b: __m256, c: __m256) -> __m256 {
-        self.0.subtract_product(a, b, c)
+    fn neg_mul_add(self, a: __m256, b: __m256, c: __m256) -> __m256 {
+        self.0.neg_mul_add(a, b, c)
     }
 
     #[inline(always)]
-    fn magnitude(self, a: __m256) -> __m256 {
-        self.0.magnitude(a)
+    fn abs(self, a: __m256) -> __m256 {
+        self.0.abs(a)
     }
 
     #[inline(always)]
-    fn are_below(self, a: __m256, b: __m256) -> u32 {
+    fn lt(self, a: __m256, b: __m256) -> u32 {
         // SAFETY: the witness stands for the instructions.
         unsafe { _mm256_cmp_ps_mask::<_CMP_LT_OQ>(a, b) as u32 }
     }
 
     #[inline(always)]
-    fn least(self, a: __m256, b: __m256) -> __m256 {
-        self.0.least(a, b)
+    fn min(self, a: __m256, b: __m256) -> __m256 {
+        self.0.min(a, b)
     }
 
     #[inline(always)]
-    fn largest(self, a: __m256, b: __m256) -> __m256 {
-        self.0.largest(a, b)
+    fn max(self, a: __m256, b: __m256) -> __m256 {
+        self.0.max(a, b)
     }
 
     #[inline(always)]
-    fn push(
+    fn compress(
         self,
         near: __m256,
         far: __m256,
@@ -132,7 +132,7 @@ impl Simd for Avx512 {
     }
 
     #[inline(always)]
-    fn words_equal(self, words: &[u32; LANES], word: u32) -> u32 {
+    fn eq_u32(self, words: &[u32; LANES], word: u32) -> u32 {
         // SAFETY: the witness stands for the instructions; the array is as long as the load.
         unsafe {
             let words = _mm256_loadu_si256(words.as_ptr().cast());
@@ -141,7 +141,7 @@ impl Simd for Avx512 {
     }
 
     #[inline(always)]
-    fn set_words(self, mask: u32, word: u32, words: &mut [u32; LANES]) {
+    fn masked_fill_u32(self, mask: u32, word: u32, words: &mut [u32; LANES]) {
         // SAFETY: the witness stands for the instructions; the array is as long as load and store.
         unsafe {
             let place = words.as_mut_ptr().cast();
@@ -152,7 +152,7 @@ impl Simd for Avx512 {
     }
 
     #[inline(always)]
-    fn words_below(self, words: &[u32; WORDS], limit: u32) -> u32 {
+    fn lt_u32(self, words: &[u32; WORDS], limit: u32) -> u32 {
         let mut bits = 0;
         for (part, words) in words.chunks_exact(2 * LANES).enumerate() {
             // SAFETY: the witness stands for the instructions; a chunk is as long as the load.
@@ -166,12 +166,12 @@ impl Simd for Avx512 {
     }
 
     #[inline(always)]
-    fn apart<J: Job>(self, job: J) -> J::Output {
+    fn outlined<J: Job>(self, job: J) -> J::Output {
         // SAFETY: the witness stands for the instructions.
-        unsafe { run_apart(job) }
+        unsafe { run_outlined(job) }
     }
 
-    type Wide = Avx512Doubles;
+    type F64 = Avx512Doubles;
 
     #[inline(always)]
     fn doubles(self) -> Avx512Doubles {
@@ -191,20 +191,20 @@ impl Simd for Avx512 {
     }
 
     #[inline(always)]
-    fn if_below(self, a: __m256, b: __m256, x: __m256, y: __m256) -> __m256 {
+    fn select_lt(self, a: __m256, b: __m256, x: __m256, y: __m256) -> __m256 {
         // SAFETY: the witness stands for the instructions.
         unsafe { _mm256_mask_blend_ps(_mm256_cmp_ps_mask::<_CMP_LT_OQ>(a, b), y, x) }
     }
 
     #[inline(always)]
-    fn choose(self, mask: u32, x: __m256, y: __m256) -> __m256 {
+    fn select(self, mask: u32, x: __m256, y: __m256) -> __m256 {
         // SAFETY: the witness stands for the instructions.
         unsafe { _mm256_mask_blend_ps(mask as u8, y, x) }
     }
 
     #[inline(always)]
-    fn transposed(self, rows: [__m256; LANES]) -> [__m256; LANES] {
-        self.0.transposed(rows)
+    fn transpose(self, rows: [__m256; LANES]) -> [__m256; LANES] {
+        self.0.transpose(rows)
     }
 
     #[inline(always)]
@@ -217,8 +217,8 @@ impl Simd for Avx512 {
 #[derive(Clone, Copy)]
 pub struct Avx512Doubles(());
 
-impl Doubles for Avx512Doubles {
-    type Numbers = __m512d;
+impl SimdF64 for Avx512Doubles {
+    type F64x8 = __m512d;
 
     #[inline(always)]
     fn splat(self, x: f64) -> __m512d {
@@ -239,37 +239,37 @@ impl Doubles for Avx512Doubles {
     }
 
     #[inline(always)]
-    fn plus(self, a: __m512d, b: __m512d) -> __m512d {
+    fn add(self, a: __m512d, b: __m512d) -> __m512d {
         // SAFETY: the witness stands for the instructions.
         unsafe { _mm512_add_pd(a, b) }
     }
 
     #[inline(always)]
-    fn minus(self, a: __m512d, b: __m512d) -> __m512d {
+    fn sub(self, a: __m512d, b: __m512d) -> __m512d {
         // SAFETY: the witness stands for the instructions.
         unsafe { _mm512_sub_pd(a, b) }
     }
 
     #[inline(always)]
-    fn times(self, a: __m512d, b: __m512d) -> __m512d {
+    fn mul(self, a: __m512d, b: __m512d) -> __m512d {
         // SAFETY: the witness stands for the instructions.
         unsafe { _mm512_mul_pd(a, b) }
     }
 
     #[inline(always)]
-    fn multiply_add(self, a: __m512d, b: __m512d, c: __m512d) -> __m512d {
+    fn mul_add(self, a: __m512d, b: __m512d, c: __m512d) -> __m512d {
         // SAFETY: the witness stands for the instructions.
         unsafe { _mm512_fmadd_pd(a, b, c) }
     }
 
     #[inline(always)]
-    fn divided(self, a: __m512d, b: __m512d) -> __m512d {
+    fn div(self, a: __m512d, b: __m512d) -> __m512d {
         // SAFETY: the witness stands for the instructions.
         unsafe { _mm512_div_pd(a, b) }
     }
 
     #[inline(always)]
-    fn magnitude(self, a: __m512d) -> __m512d {
+    fn abs(self, a: __m512d) -> __m512d {
         // SAFETY: the witness stands for the instructions.
         unsafe { _mm512_abs_pd(a) }
     }
@@ -290,31 +290,31 @@ impl Doubles for Avx512Doubles {
     }
 
     #[inline(always)]
-    fn least(self, a: __m512d, b: __m512d) -> __m512d {
+    fn min(self, a: __m512d, b: __m512d) -> __m512d {
         // SAFETY: the witness stands for the instructions.
         unsafe { _mm512_min_pd(a, b) }
     }
 
     #[inline(always)]
-    fn largest(self, a: __m512d, b: __m512d) -> __m512d {
+    fn max(self, a: __m512d, b: __m512d) -> __m512d {
         // SAFETY: the witness stands for the instructions.
         unsafe { _mm512_max_pd(a, b) }
     }
 
     #[inline(always)]
-    fn are_below(self, a: __m512d, b: __m512d) -> u32 {
+    fn lt(self, a: __m512d, b: __m512d) -> u32 {
         // SAFETY: the witness stands for the instructions.
         unsafe { _mm512_cmp_pd_mask::<_CMP_LT_OQ>(a, b) as u32 }
     }
 
     #[inline(always)]
-    fn are_ordered(self, a: __m512d, b: __m512d) -> u32 {
+    fn le(self, a: __m512d, b: __m512d) -> u32 {
         // SAFETY: the witness stands for the instructions.
         unsafe { _mm512_cmp_pd_mask::<_CMP_LE_OQ>(a, b) as u32 }
     }
 
     #[inline(always)]
-    fn if_below(self, a: __m512d, b: __m512d, x: __m512d, y: __m512d) -> __m512d {
+    fn select_lt(self, a: __m512d, b: __m512d, x: __m512d, y: __m512d) -> __m512d {
         // SAFETY: the witness stands for the instructions.
         unsafe { _mm512_mask_blend_pd(_mm512_cmp_pd_mask::<_CMP_LT_OQ>(a, b), y, x) }
     }

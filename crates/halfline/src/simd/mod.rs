@@ -28,53 +28,53 @@ const LINE: usize = 64;
 /// An index vector is packed into 24 bits, three for each lane.
 pub(crate) trait Simd: Copy + Send + Sync {
     /// Eight numbers.
-    type Floats: Copy;
+    type F32x8: Copy;
 
     /// The same number in each lane.
-    fn splat(self, x: f32) -> Self::Floats;
+    fn splat(self, x: f32) -> Self::F32x8;
 
     /// The numbers of an array.
-    fn load(self, array: &[f32; LANES]) -> Self::Floats;
+    fn load(self, array: &[f32; LANES]) -> Self::F32x8;
 
     /// `a * b + c`, rounded once or twice.
-    fn multiply_add(self, a: Self::Floats, b: Self::Floats, c: Self::Floats) -> Self::Floats;
+    fn mul_add(self, a: Self::F32x8, b: Self::F32x8, c: Self::F32x8) -> Self::F32x8;
 
     /// `a - b`.
-    fn minus(self, a: Self::Floats, b: Self::Floats) -> Self::Floats;
+    fn sub(self, a: Self::F32x8, b: Self::F32x8) -> Self::F32x8;
 
     /// `a + b`.
-    fn plus(self, a: Self::Floats, b: Self::Floats) -> Self::Floats;
+    fn add(self, a: Self::F32x8, b: Self::F32x8) -> Self::F32x8;
 
     /// `a * b`.
-    fn times(self, a: Self::Floats, b: Self::Floats) -> Self::Floats;
+    fn mul(self, a: Self::F32x8, b: Self::F32x8) -> Self::F32x8;
 
     /// `a / b`.
-    fn divided(self, a: Self::Floats, b: Self::Floats) -> Self::Floats;
+    fn div(self, a: Self::F32x8, b: Self::F32x8) -> Self::F32x8;
 
     /// Writes all lanes.
-    fn store(self, a: Self::Floats, array: &mut [f32; LANES]);
+    fn store(self, a: Self::F32x8, array: &mut [f32; LANES]);
 
     /// `c - a * b`, rounded once or twice.
-    fn subtract_product(self, a: Self::Floats, b: Self::Floats, c: Self::Floats) -> Self::Floats;
+    fn neg_mul_add(self, a: Self::F32x8, b: Self::F32x8, c: Self::F32x8) -> Self::F32x8;
 
     /// Without the sign.
-    fn magnitude(self, a: Self::Floats) -> Self::Floats;
+    fn abs(self, a: Self::F32x8) -> Self::F32x8;
 
     /// A bit for each lane where `a < b`.
-    fn are_below(self, a: Self::Floats, b: Self::Floats) -> u32;
+    fn lt(self, a: Self::F32x8, b: Self::F32x8) -> u32;
 
     /// The smaller of two numbers that are not NaN.
-    fn least(self, a: Self::Floats, b: Self::Floats) -> Self::Floats;
+    fn min(self, a: Self::F32x8, b: Self::F32x8) -> Self::F32x8;
 
     /// The larger of two numbers that are not NaN.
-    fn largest(self, a: Self::Floats, b: Self::Floats) -> Self::Floats;
+    fn max(self, a: Self::F32x8, b: Self::F32x8) -> Self::F32x8;
 
     /// For each lane where `near <= far`, in the order of `lanes`, writes `near` and the word of that
     /// lane to the front of `nears` and `kept`. Returns how many; the rest of both is undefined.
-    fn push(
+    fn compress(
         self,
-        near: Self::Floats,
-        far: Self::Floats,
+        near: Self::F32x8,
+        far: Self::F32x8,
         words: &[u32; LANES],
         lanes: u32,
         nears: &mut [f32; LANES],
@@ -82,44 +82,44 @@ pub(crate) trait Simd: Copy + Send + Sync {
     ) -> usize;
 
     /// A bit for each of eight words that is equal to `word`.
-    fn words_equal(self, words: &[u32; LANES], word: u32) -> u32;
+    fn eq_u32(self, words: &[u32; LANES], word: u32) -> u32;
 
     /// Writes a word to where the mask has a bit.
-    fn set_words(self, mask: u32, word: u32, words: &mut [u32; LANES]);
+    fn masked_fill_u32(self, mask: u32, word: u32, words: &mut [u32; LANES]);
 
     /// A bit for each word below `limit`.
-    fn words_below(self, words: &[u32; WORDS], limit: u32) -> u32;
+    fn lt_u32(self, words: &[u32; WORDS], limit: u32) -> u32;
 
     /// The same instructions on doubles.
-    type Wide: Doubles;
+    type F64: SimdF64;
 
     /// Their witness.
-    fn doubles(self) -> Self::Wide;
+    fn doubles(self) -> Self::F64;
 
     /// The nearest single-precision numbers.
-    fn narrow(self, a: <Self::Wide as Doubles>::Numbers) -> Self::Floats;
+    fn narrow(self, a: <Self::F64 as SimdF64>::F64x8) -> Self::F32x8;
 
     /// The same numbers as doubles.
-    fn widen(self, a: Self::Floats) -> <Self::Wide as Doubles>::Numbers;
+    fn widen(self, a: Self::F32x8) -> <Self::F64 as SimdF64>::F64x8;
 
     /// `x` where `a < b`, else `y`.
-    fn if_below(
+    fn select_lt(
         self,
-        a: Self::Floats,
-        b: Self::Floats,
-        x: Self::Floats,
-        y: Self::Floats,
-    ) -> Self::Floats;
+        a: Self::F32x8,
+        b: Self::F32x8,
+        x: Self::F32x8,
+        y: Self::F32x8,
+    ) -> Self::F32x8;
 
     /// `x` where the mask has a bit, else `y`.
-    fn choose(self, mask: u32, x: Self::Floats, y: Self::Floats) -> Self::Floats;
+    fn select(self, mask: u32, x: Self::F32x8, y: Self::F32x8) -> Self::F32x8;
 
     /// Rows for columns.
-    fn transposed(self, rows: [Self::Floats; LANES]) -> [Self::Floats; LANES];
+    fn transpose(self, rows: [Self::F32x8; LANES]) -> [Self::F32x8; LANES];
 
     /// Does work with the same instructions in a function of its own: work that is rare would be in the
     /// way of what is not. (A function that is not inlined is compiled for no instruction set.)
-    fn apart<J: Job>(self, job: J) -> J::Output;
+    fn outlined<J: Job>(self, job: J) -> J::Output;
 
     /// Asks for some cache lines from an address on without waiting for them. Nothing is read, so
     /// any address will do.
@@ -127,67 +127,67 @@ pub(crate) trait Simd: Copy + Send + Sync {
 }
 
 /// The operations of an instruction set on eight doubles.
-pub(crate) trait Doubles: Copy {
+pub(crate) trait SimdF64: Copy {
     /// Eight numbers.
-    type Numbers: Copy;
+    type F64x8: Copy;
 
     /// The same number in each lane.
-    fn splat(self, x: f64) -> Self::Numbers;
+    fn splat(self, x: f64) -> Self::F64x8;
 
     /// The numbers of an array.
-    fn load(self, array: &[f64; LANES]) -> Self::Numbers;
+    fn load(self, array: &[f64; LANES]) -> Self::F64x8;
 
     /// Writes all lanes.
-    fn store(self, a: Self::Numbers, array: &mut [f64; LANES]);
+    fn store(self, a: Self::F64x8, array: &mut [f64; LANES]);
 
     /// `a + b`.
-    fn plus(self, a: Self::Numbers, b: Self::Numbers) -> Self::Numbers;
+    fn add(self, a: Self::F64x8, b: Self::F64x8) -> Self::F64x8;
 
     /// `a - b`.
-    fn minus(self, a: Self::Numbers, b: Self::Numbers) -> Self::Numbers;
+    fn sub(self, a: Self::F64x8, b: Self::F64x8) -> Self::F64x8;
 
     /// `a * b`.
-    fn times(self, a: Self::Numbers, b: Self::Numbers) -> Self::Numbers;
+    fn mul(self, a: Self::F64x8, b: Self::F64x8) -> Self::F64x8;
 
     /// `a * b + c`, rounded once or twice.
-    fn multiply_add(self, a: Self::Numbers, b: Self::Numbers, c: Self::Numbers) -> Self::Numbers;
+    fn mul_add(self, a: Self::F64x8, b: Self::F64x8, c: Self::F64x8) -> Self::F64x8;
 
     /// `a / b`.
-    fn divided(self, a: Self::Numbers, b: Self::Numbers) -> Self::Numbers;
+    fn div(self, a: Self::F64x8, b: Self::F64x8) -> Self::F64x8;
 
     /// Without the sign.
-    fn magnitude(self, a: Self::Numbers) -> Self::Numbers;
+    fn abs(self, a: Self::F64x8) -> Self::F64x8;
 
     /// The largest power of two that is no larger in magnitude, for normal numbers.
-    fn power(self, a: Self::Numbers) -> Self::Numbers;
+    fn power(self, a: Self::F64x8) -> Self::F64x8;
 
     /// The inverse of a power of two, if both are normal numbers.
-    fn inverse_power(self, a: Self::Numbers) -> Self::Numbers;
+    fn inverse_power(self, a: Self::F64x8) -> Self::F64x8;
 
     /// The smaller of two numbers; the second if one is NaN.
-    fn least(self, a: Self::Numbers, b: Self::Numbers) -> Self::Numbers;
+    fn min(self, a: Self::F64x8, b: Self::F64x8) -> Self::F64x8;
 
     /// The larger of two numbers; the second if one is NaN.
-    fn largest(self, a: Self::Numbers, b: Self::Numbers) -> Self::Numbers;
+    fn max(self, a: Self::F64x8, b: Self::F64x8) -> Self::F64x8;
 
     /// A bit for each lane where `a < b`.
-    fn are_below(self, a: Self::Numbers, b: Self::Numbers) -> u32;
+    fn lt(self, a: Self::F64x8, b: Self::F64x8) -> u32;
 
     /// A bit for each lane where `a <= b`.
-    fn are_ordered(self, a: Self::Numbers, b: Self::Numbers) -> u32;
+    fn le(self, a: Self::F64x8, b: Self::F64x8) -> u32;
 
     /// `x` where `a < b`, else `y`.
-    fn if_below(
+    fn select_lt(
         self,
-        a: Self::Numbers,
-        b: Self::Numbers,
-        x: Self::Numbers,
-        y: Self::Numbers,
-    ) -> Self::Numbers;
+        a: Self::F64x8,
+        b: Self::F64x8,
+        x: Self::F64x8,
+        y: Self::F64x8,
+    ) -> Self::F64x8;
 }
 
 /// Eight doubles.
-pub(crate) type Numbers<S> = <<S as Simd>::Wide as Doubles>::Numbers;
+pub(crate) type F64x8<S> = <<S as Simd>::F64 as SimdF64>::F64x8;
 
 /// The bits of a double's exponent.
 const EXPONENT_BITS: u64 = 0x7ff << 52;

@@ -1,6 +1,6 @@
 //! No instruction set in particular: loops over lanes, which compilers vectorise.
 
-use super::{Doubles, EXPONENT_BITS, Job, LANES, POWER_AND_INVERSE, Simd, WORDS};
+use super::{EXPONENT_BITS, Job, LANES, POWER_AND_INVERSE, Simd, SimdF64, WORDS};
 
 /// The witness that needs nothing.
 #[derive(Clone, Copy)]
@@ -16,7 +16,7 @@ fn each(value: impl Fn(usize) -> f32) -> [f32; LANES] {
 }
 
 impl Simd for Portable {
-    type Floats = [f32; LANES];
+    type F32x8 = [f32; LANES];
 
     #[inline(always)]
     fn splat(self, x: f32) -> [f32; LANES] {
@@ -30,27 +30,27 @@ impl Simd for Portable {
 
     /// Not fused: without the instruction that would be a slow call.
     #[inline(always)]
-    fn multiply_add(self, a: [f32; LANES], b: [f32; LANES], c: [f32; LANES]) -> [f32; LANES] {
+    fn mul_add(self, a: [f32; LANES], b: [f32; LANES], c: [f32; LANES]) -> [f32; LANES] {
         each(|lane| a[lane] * b[lane] + c[lane])
     }
 
     #[inline(always)]
-    fn minus(self, a: [f32; LANES], b: [f32; LANES]) -> [f32; LANES] {
+    fn sub(self, a: [f32; LANES], b: [f32; LANES]) -> [f32; LANES] {
         each(|lane| a[lane] - b[lane])
     }
 
     #[inline(always)]
-    fn plus(self, a: [f32; LANES], b: [f32; LANES]) -> [f32; LANES] {
+    fn add(self, a: [f32; LANES], b: [f32; LANES]) -> [f32; LANES] {
         each(|lane| a[lane] + b[lane])
     }
 
     #[inline(always)]
-    fn times(self, a: [f32; LANES], b: [f32; LANES]) -> [f32; LANES] {
+    fn mul(self, a: [f32; LANES], b: [f32; LANES]) -> [f32; LANES] {
         each(|lane| a[lane] * b[lane])
     }
 
     #[inline(always)]
-    fn divided(self, a: [f32; LANES], b: [f32; LANES]) -> [f32; LANES] {
+    fn div(self, a: [f32; LANES], b: [f32; LANES]) -> [f32; LANES] {
         each(|lane| a[lane] / b[lane])
     }
 
@@ -60,17 +60,17 @@ impl Simd for Portable {
     }
 
     #[inline(always)]
-    fn subtract_product(self, a: [f32; LANES], b: [f32; LANES], c: [f32; LANES]) -> [f32; LANES] {
+    fn neg_mul_add(self, a: [f32; LANES], b: [f32; LANES], c: [f32; LANES]) -> [f32; LANES] {
         each(|lane| c[lane] - a[lane] * b[lane])
     }
 
     #[inline(always)]
-    fn magnitude(self, a: [f32; LANES]) -> [f32; LANES] {
+    fn abs(self, a: [f32; LANES]) -> [f32; LANES] {
         each(|lane| a[lane].abs())
     }
 
     #[inline(always)]
-    fn are_below(self, a: [f32; LANES], b: [f32; LANES]) -> u32 {
+    fn lt(self, a: [f32; LANES], b: [f32; LANES]) -> u32 {
         let mut bits = [0; LANES];
         for lane in 0..LANES {
             bits[lane] = u32::from(a[lane] < b[lane]) << lane;
@@ -79,17 +79,17 @@ impl Simd for Portable {
     }
 
     #[inline(always)]
-    fn least(self, a: [f32; LANES], b: [f32; LANES]) -> [f32; LANES] {
+    fn min(self, a: [f32; LANES], b: [f32; LANES]) -> [f32; LANES] {
         each(|lane| if a[lane] < b[lane] { a[lane] } else { b[lane] })
     }
 
     #[inline(always)]
-    fn largest(self, a: [f32; LANES], b: [f32; LANES]) -> [f32; LANES] {
+    fn max(self, a: [f32; LANES], b: [f32; LANES]) -> [f32; LANES] {
         each(|lane| if a[lane] > b[lane] { a[lane] } else { b[lane] })
     }
 
     #[inline(always)]
-    fn push(
+    fn compress(
         self,
         near: [f32; LANES],
         far: [f32; LANES],
@@ -110,28 +110,28 @@ impl Simd for Portable {
     }
 
     #[inline(always)]
-    fn words_equal(self, words: &[u32; LANES], word: u32) -> u32 {
+    fn eq_u32(self, words: &[u32; LANES], word: u32) -> u32 {
         (0..LANES).fold(0, |bits, i| bits | u32::from(words[i] == word) << i)
     }
 
     #[inline(always)]
-    fn set_words(self, mask: u32, word: u32, words: &mut [u32; LANES]) {
+    fn masked_fill_u32(self, mask: u32, word: u32, words: &mut [u32; LANES]) {
         for lane in 0..LANES {
             words[lane] = if mask >> lane & 1 == 1 { word } else { words[lane] };
         }
     }
 
     #[inline(always)]
-    fn words_below(self, words: &[u32; WORDS], limit: u32) -> u32 {
+    fn lt_u32(self, words: &[u32; WORDS], limit: u32) -> u32 {
         (0..WORDS).fold(0, |bits, i| bits | u32::from(words[i] < limit) << i)
     }
 
     #[inline(never)]
-    fn apart<J: Job>(self, job: J) -> J::Output {
+    fn outlined<J: Job>(self, job: J) -> J::Output {
         job.run(self)
     }
 
-    type Wide = PortableDoubles;
+    type F64 = PortableDoubles;
 
     #[inline(always)]
     fn doubles(self) -> PortableDoubles {
@@ -149,7 +149,7 @@ impl Simd for Portable {
     }
 
     #[inline(always)]
-    fn if_below(
+    fn select_lt(
         self,
         a: [f32; LANES],
         b: [f32; LANES],
@@ -160,12 +160,12 @@ impl Simd for Portable {
     }
 
     #[inline(always)]
-    fn choose(self, mask: u32, x: [f32; LANES], y: [f32; LANES]) -> [f32; LANES] {
+    fn select(self, mask: u32, x: [f32; LANES], y: [f32; LANES]) -> [f32; LANES] {
         each(|lane| if mask >> lane & 1 == 1 { x[lane] } else { y[lane] })
     }
 
     #[inline(always)]
-    fn transposed(self, rows: [[f32; LANES]; LANES]) -> [[f32; LANES]; LANES] {
+    fn transpose(self, rows: [[f32; LANES]; LANES]) -> [[f32; LANES]; LANES] {
         let mut columns = [[0.0; LANES]; LANES];
         for row in 0..LANES {
             for column in 0..LANES {
@@ -192,8 +192,8 @@ fn each_double(value: impl Fn(usize) -> f64) -> [f64; LANES] {
 #[derive(Clone, Copy)]
 pub struct PortableDoubles;
 
-impl Doubles for PortableDoubles {
-    type Numbers = [f64; LANES];
+impl SimdF64 for PortableDoubles {
+    type F64x8 = [f64; LANES];
 
     #[inline(always)]
     fn splat(self, x: f64) -> [f64; LANES] {
@@ -211,32 +211,32 @@ impl Doubles for PortableDoubles {
     }
 
     #[inline(always)]
-    fn plus(self, a: [f64; LANES], b: [f64; LANES]) -> [f64; LANES] {
+    fn add(self, a: [f64; LANES], b: [f64; LANES]) -> [f64; LANES] {
         each_double(|lane| a[lane] + b[lane])
     }
 
     #[inline(always)]
-    fn minus(self, a: [f64; LANES], b: [f64; LANES]) -> [f64; LANES] {
+    fn sub(self, a: [f64; LANES], b: [f64; LANES]) -> [f64; LANES] {
         each_double(|lane| a[lane] - b[lane])
     }
 
     #[inline(always)]
-    fn times(self, a: [f64; LANES], b: [f64; LANES]) -> [f64; LANES] {
+    fn mul(self, a: [f64; LANES], b: [f64; LANES]) -> [f64; LANES] {
         each_double(|lane| a[lane] * b[lane])
     }
 
     #[inline(always)]
-    fn multiply_add(self, a: [f64; LANES], b: [f64; LANES], c: [f64; LANES]) -> [f64; LANES] {
+    fn mul_add(self, a: [f64; LANES], b: [f64; LANES], c: [f64; LANES]) -> [f64; LANES] {
         each_double(|lane| a[lane] * b[lane] + c[lane])
     }
 
     #[inline(always)]
-    fn divided(self, a: [f64; LANES], b: [f64; LANES]) -> [f64; LANES] {
+    fn div(self, a: [f64; LANES], b: [f64; LANES]) -> [f64; LANES] {
         each_double(|lane| a[lane] / b[lane])
     }
 
     #[inline(always)]
-    fn magnitude(self, a: [f64; LANES]) -> [f64; LANES] {
+    fn abs(self, a: [f64; LANES]) -> [f64; LANES] {
         each_double(|lane| a[lane].abs())
     }
 
@@ -251,17 +251,17 @@ impl Doubles for PortableDoubles {
     }
 
     #[inline(always)]
-    fn least(self, a: [f64; LANES], b: [f64; LANES]) -> [f64; LANES] {
+    fn min(self, a: [f64; LANES], b: [f64; LANES]) -> [f64; LANES] {
         each_double(|lane| if a[lane] < b[lane] { a[lane] } else { b[lane] })
     }
 
     #[inline(always)]
-    fn largest(self, a: [f64; LANES], b: [f64; LANES]) -> [f64; LANES] {
+    fn max(self, a: [f64; LANES], b: [f64; LANES]) -> [f64; LANES] {
         each_double(|lane| if a[lane] > b[lane] { a[lane] } else { b[lane] })
     }
 
     #[inline(always)]
-    fn are_below(self, a: [f64; LANES], b: [f64; LANES]) -> u32 {
+    fn lt(self, a: [f64; LANES], b: [f64; LANES]) -> u32 {
         let mut bits = [0; LANES];
         for lane in 0..LANES {
             bits[lane] = u32::from(a[lane] < b[lane]) << lane;
@@ -270,7 +270,7 @@ impl Doubles for PortableDoubles {
     }
 
     #[inline(always)]
-    fn are_ordered(self, a: [f64; LANES], b: [f64; LANES]) -> u32 {
+    fn le(self, a: [f64; LANES], b: [f64; LANES]) -> u32 {
         let mut bits = [0; LANES];
         for lane in 0..LANES {
             bits[lane] = u32::from(a[lane] <= b[lane]) << lane;
@@ -279,7 +279,7 @@ impl Doubles for PortableDoubles {
     }
 
     #[inline(always)]
-    fn if_below(
+    fn select_lt(
         self,
         a: [f64; LANES],
         b: [f64; LANES],

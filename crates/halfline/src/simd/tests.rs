@@ -16,7 +16,7 @@ impl Job for &Push {
     fn run<S: Simd>(self, simd: S) -> Vec<(f32, u32)> {
         let (mut nears, mut kept) = ([f32::NAN; LANES], [u32::MAX; LANES]);
         let (near, far) = (simd.load(&self.near), simd.load(&self.far));
-        let count = simd.push(near, far, &self.words, self.lanes, &mut nears, &mut kept);
+        let count = simd.compress(near, far, &self.words, self.lanes, &mut nears, &mut kept);
         nears.into_iter().zip(kept).take(count).collect()
     }
 }
@@ -61,17 +61,17 @@ impl Job for &Arithmetic {
             lanes
         };
         let results = [
-            read(simd.multiply_add(a, b, c)),
-            read(simd.least(a, b)),
-            read(simd.largest(a, b)),
-            read(simd.minus(a, b)),
-            read(simd.plus(a, b)),
-            read(simd.times(a, b)),
-            read(simd.subtract_product(a, b, c)),
-            read(simd.magnitude(a)),
-            read(simd.divided(a, b)),
+            read(simd.mul_add(a, b, c)),
+            read(simd.min(a, b)),
+            read(simd.max(a, b)),
+            read(simd.sub(a, b)),
+            read(simd.add(a, b)),
+            read(simd.mul(a, b)),
+            read(simd.neg_mul_add(a, b, c)),
+            read(simd.abs(a)),
+            read(simd.div(a, b)),
         ];
-        (results, simd.are_below(a, b))
+        (results, simd.lt(a, b))
     }
 }
 
@@ -98,7 +98,7 @@ fn every_set_computes_lane_by_lane() {
     }
 }
 
-/// Numbers, and what may be chosen by comparing them; masks of lanes.
+/// F64x8, and what may be chosen by comparing them; masks of lanes.
 struct Choices {
     floats: [[f32; LANES]; 4],
     doubles: [[f64; LANES]; 4],
@@ -119,17 +119,17 @@ impl Job for &Choices {
         }
         let [a, b, x, y] = floats;
         let mut singles = [[0.0; LANES]; 2];
-        simd.store(simd.if_below(a, b, x, y), &mut singles[0]);
-        simd.store(simd.choose(self.mask, x, y), &mut singles[1]);
+        simd.store(simd.select_lt(a, b, x, y), &mut singles[0]);
+        simd.store(simd.select(self.mask, x, y), &mut singles[1]);
         let [a, b, x, y] = doubles;
         let mut wides = [[0.0; LANES]; 2];
-        wide.store(wide.if_below(a, b, x, y), &mut wides[0]);
+        wide.store(wide.select_lt(a, b, x, y), &mut wides[0]);
         wide.store(simd.widen(floats[2]), &mut wides[1]);
         (singles.map(|lanes| lanes.map(f32::to_bits)), wides.map(|lanes| lanes.map(f64::to_bits)))
     }
 }
 
-/// Numbers that are hard to compare, or to convert.
+/// F64x8 that are hard to compare, or to convert.
 const HARD: [f32; LANES] =
     [f32::NAN, 0.0, -0.0, f32::INFINITY, f32::NEG_INFINITY, 1e-45, -1.5, f32::MAX];
 
@@ -174,9 +174,9 @@ impl Job for &Words {
     #[inline(always)]
     fn run<S: Simd>(self, simd: S) -> Self::Output {
         let mut set = self.eight;
-        simd.set_words(self.mask, self.word, &mut set);
-        let below = simd.words_below(&self.all, self.word);
-        (simd.words_equal(&self.eight, self.word), below, set)
+        simd.masked_fill_u32(self.mask, self.word, &mut set);
+        let below = simd.lt_u32(&self.all, self.word);
+        (simd.eq_u32(&self.eight, self.word), below, set)
     }
 }
 
@@ -242,7 +242,7 @@ impl Job for Apart<'_> {
 
     #[inline(always)]
     fn run<S: Simd>(self, simd: S) -> Self::Output {
-        simd.apart(self.0)
+        simd.outlined(self.0)
     }
 }
 

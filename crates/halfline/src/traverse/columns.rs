@@ -32,7 +32,7 @@ pub enum Column<'a, S, D> {
 pub type Vectors<'a> = Column<'a, [f32; 3], [f64; 3]>;
 
 /// Ends of ranges.
-pub type Numbers<'a> = Column<'a, f32, f64>;
+pub type Scalars<'a> = Column<'a, f32, f64>;
 
 /// Rays as columns. No number is ever rounded: where all are single-precision numbers the rays are
 /// [`SingleRay`]s, otherwise [`Ray`]s.
@@ -41,8 +41,8 @@ pub struct RayColumns<'a> {
     count: usize,
     origins: Vectors<'a>,
     directions: Vectors<'a>,
-    t_min: Numbers<'a>,
-    t_max: Numbers<'a>,
+    t_min: Scalars<'a>,
+    t_max: Scalars<'a>,
 }
 
 /// Where the closest hits go, an entry of each for each ray: what the fields of [`Hit`] mean, but that
@@ -163,7 +163,7 @@ impl Vectors<'_> {
     }
 }
 
-impl Numbers<'_> {
+impl Scalars<'_> {
     fn are_single(&self) -> bool {
         match self {
             Column::Same(x) => is_single(*x),
@@ -182,8 +182,8 @@ impl<'a> RayColumns<'a> {
         count: usize,
         origins: Vectors<'a>,
         directions: Vectors<'a>,
-        t_min: Numbers<'a>,
-        t_max: Numbers<'a>,
+        t_min: Scalars<'a>,
+        t_max: Scalars<'a>,
     ) -> Result<RayColumns<'a>> {
         origins.check("origins", count)?;
         directions.check("directions", count)?;
@@ -213,12 +213,12 @@ impl<'a> RayColumns<'a> {
     }
 
     /// The smallest t that count.
-    pub fn t_min(&self) -> Numbers<'a> {
+    pub fn t_min(&self) -> Scalars<'a> {
         self.t_min
     }
 
     /// The largest t that count.
-    pub fn t_max(&self) -> Numbers<'a> {
+    pub fn t_max(&self) -> Scalars<'a> {
         self.t_max
     }
 

@@ -5,11 +5,11 @@
 //! multiplied is neither very large nor very small, and not zero by a rounding, a power of two changes
 //! no bit. The other lines are left open, as are those whose errors leave t or the weights in doubt.
 
-use super::plane_lanes::{LineLanes, minus};
+use super::plane_lanes::{LineLanes, sub};
 use crate::numeric::{
     BARYCENTRIC_ERROR, CORRECTION_ERROR, MAX_DETERMINANT_ERROR, POINT_ERROR, WEIGHT_ERROR,
 };
-use crate::simd::{Doubles, LANES, Numbers, Simd};
+use crate::simd::{F64x8, LANES, Simd, SimdF64};
 
 /// Hits by lane.
 pub struct HitLanes {
@@ -39,146 +39,146 @@ pub fn hits<S: Simd>(simd: S, lanes: &LineLanes<S>) -> HitLanes {
     let [origin, direction, a, b, c] = *lanes;
 
     // Take the normal, and the approximate t.
-    let (ab, ac) = (minus(simd, &b, &a), minus(simd, &c, &a));
+    let (ab, ac) = (sub(simd, &b, &a), sub(simd, &c, &a));
     let normal = cross(simd, &ab, &ac);
     let normal_permanent = permanent(simd, &magnitudes(simd, &ab), &magnitudes(simd, &ac));
     let determinant = dot(simd, &normal, &direction);
-    let inverse = wide.divided(one, determinant);
+    let inverse = wide.div(one, determinant);
     let speed = magnitudes(simd, &direction);
     let determinant_permanent = dot(simd, &normal_permanent, &speed);
-    let numerator = dot(simd, &normal, &minus(simd, &a, &origin));
-    let rough = wide.times(numerator, inverse);
+    let numerator = dot(simd, &normal, &sub(simd, &a, &origin));
+    let rough = wide.mul(numerator, inverse);
 
     // Take the point there relative to the first corner, and what of it may be wrong.
     let (mut at, mut reach) = ([zero; 3], [zero; 3]);
     for axis in 0..3 {
-        let start = two_sum(simd, origin[axis], wide.minus(zero, a[axis]));
+        let start = two_sum(simd, origin[axis], wide.sub(zero, a[axis]));
         let step = two_product(simd, rough, direction[axis]);
         let sum = two_sum(simd, start[0], step[0]);
-        let rest = wide.plus(sum[1], wide.plus(start[1], step[1]));
-        at[axis] = wide.plus(sum[0], rest);
-        let size = wide.plus(wide.magnitude(start[0]), wide.magnitude(step[0]));
-        let error = wide.times(wide.splat(POINT_ERROR), size);
-        reach[axis] = wide.plus(wide.magnitude(at[axis]), error);
+        let rest = wide.add(sum[1], wide.add(start[1], step[1]));
+        at[axis] = wide.add(sum[0], rest);
+        let size = wide.add(wide.abs(start[0]), wide.abs(step[0]));
+        let error = wide.mul(wide.splat(POINT_ERROR), size);
+        reach[axis] = wide.add(wide.abs(at[axis]), error);
     }
 
     // Correct t by the distance to the plane, and round it if its error allows.
-    let determinant_error = wide.times(wide.splat(WEIGHT_ERROR), determinant_permanent);
-    let correction = wide.minus(zero, wide.times(dot(simd, &normal, &at), inverse));
-    let twice = wide.times(wide.splat(2.0), wide.magnitude(correction));
-    let error = wide.plus(
-        wide.times(wide.splat(CORRECTION_ERROR), dot(simd, &normal_permanent, &reach)),
-        wide.times(twice, determinant_error),
+    let determinant_error = wide.mul(wide.splat(WEIGHT_ERROR), determinant_permanent);
+    let correction = wide.sub(zero, wide.mul(dot(simd, &normal, &at), inverse));
+    let twice = wide.mul(wide.splat(2.0), wide.abs(correction));
+    let error = wide.add(
+        wide.mul(wide.splat(CORRECTION_ERROR), dot(simd, &normal_permanent, &reach)),
+        wide.mul(twice, determinant_error),
     );
-    let steepness = wide.magnitude(inverse);
-    let error = wide.times(wide.times(error, wide.splat(STRICTER)), steepness);
-    let low = wide.plus(rough, wide.minus(correction, error));
-    let high = wide.plus(rough, wide.plus(correction, error));
+    let steepness = wide.abs(inverse);
+    let error = wide.mul(wide.mul(error, wide.splat(STRICTER)), steepness);
+    let low = wide.add(rough, wide.sub(correction, error));
+    let high = wide.add(rough, wide.add(correction, error));
 
     // Solve for the weights, with the permanents of both determinants.
     let p = cross(simd, &direction, &ac);
     let q = cross(simd, &at, &ab);
-    let u = wide.times(wide.minus(zero, dot(simd, &at, &p)), inverse);
-    let v = wide.times(wide.minus(zero, dot(simd, &direction, &q)), inverse);
+    let u = wide.mul(wide.sub(zero, dot(simd, &at, &p)), inverse);
+    let v = wide.mul(wide.sub(zero, dot(simd, &direction, &q)), inverse);
     let p_permanent = permanent(simd, &speed, &magnitudes(simd, &ac));
     let q_permanent = permanent(simd, &reach, &magnitudes(simd, &ab));
-    let error = wide.plus(
-        wide.plus(dot(simd, &reach, &p_permanent), dot(simd, &speed, &q_permanent)),
-        wide.times(wide.splat(2.0), determinant_permanent),
+    let error = wide.add(
+        wide.add(dot(simd, &reach, &p_permanent), dot(simd, &speed, &q_permanent)),
+        wide.mul(wide.splat(2.0), determinant_permanent),
     );
-    let error = wide.times(wide.splat(STRICTER * WEIGHT_ERROR), error);
+    let error = wide.mul(wide.splat(STRICTER * WEIGHT_ERROR), error);
 
     // A weight of zero may have come out below zero by the error, or as negative zero.
     let mut hits = HitLanes { t: [0.0; LANES], u: [0.0; LANES], v: [0.0; LANES], known: 0 };
     wide.store(low, &mut hits.t);
-    wide.store(wide.plus(wide.least(wide.largest(u, zero), one), zero), &mut hits.u);
-    wide.store(wide.plus(wide.least(wide.largest(v, zero), one), zero), &mut hits.v);
+    wide.store(wide.add(wide.min(wide.max(u, zero), one), zero), &mut hits.u);
+    wide.store(wide.add(wide.min(wide.max(v, zero), one), zero), &mut hits.v);
 
     // What is multiplied is zero or of a middle size.
-    let size = wide.magnitude(determinant);
-    let (mut least, mut largest) = (wide.least(wide.magnitude(low), size), size);
+    let size = wide.abs(determinant);
+    let (mut least, mut largest) = (wide.min(wide.abs(low), size), size);
     for axis in 0..3 {
         for number in [at[axis], ab[axis], ac[axis], direction[axis]] {
-            let size = wide.magnitude(number);
-            largest = wide.largest(size, largest);
-            least = wide.least(wide.if_below(zero, size, size, one), least);
+            let size = wide.abs(number);
+            largest = wide.max(size, largest);
+            least = wide.min(wide.select_lt(zero, size, size, one), least);
         }
-        largest = wide.largest(wide.magnitude(origin[axis]), largest);
+        largest = wide.max(wide.abs(origin[axis]), largest);
     }
-    largest = wide.largest(wide.magnitude(low), largest);
+    largest = wide.max(wide.abs(low), largest);
     let bound = wide.splat(MAX_DETERMINANT_ERROR / STRICTER);
-    let accuracy = wide.times(wide.splat(BARYCENTRIC_ERROR), size);
-    hits.known = wide.are_ordered(high, low)
-        & wide.are_ordered(low, high)
-        & wide.are_below(determinant_error, wide.times(bound, size))
-        & wide.are_below(error, accuracy)
-        & wide.are_below(wide.splat(PLAIN_RANGE.start), least)
-        & wide.are_below(largest, wide.splat(PLAIN_RANGE.end));
+    let accuracy = wide.mul(wide.splat(BARYCENTRIC_ERROR), size);
+    hits.known = wide.le(high, low)
+        & wide.le(low, high)
+        & wide.lt(determinant_error, wide.mul(bound, size))
+        & wide.lt(error, accuracy)
+        & wide.lt(wide.splat(PLAIN_RANGE.start), least)
+        & wide.lt(largest, wide.splat(PLAIN_RANGE.end));
     hits
 }
 
 #[inline(always)]
-fn magnitudes<S: Simd>(simd: S, a: &[Numbers<S>; 3]) -> [Numbers<S>; 3] {
+fn magnitudes<S: Simd>(simd: S, a: &[F64x8<S>; 3]) -> [F64x8<S>; 3] {
     let wide = simd.doubles();
-    [wide.magnitude(a[0]), wide.magnitude(a[1]), wide.magnitude(a[2])]
+    [wide.abs(a[0]), wide.abs(a[1]), wide.abs(a[2])]
 }
 
 #[inline(always)]
-fn dot<S: Simd>(simd: S, a: &[Numbers<S>; 3], b: &[Numbers<S>; 3]) -> Numbers<S> {
+fn dot<S: Simd>(simd: S, a: &[F64x8<S>; 3], b: &[F64x8<S>; 3]) -> F64x8<S> {
     let wide = simd.doubles();
-    let xy = wide.plus(wide.times(a[0], b[0]), wide.times(a[1], b[1]));
-    wide.plus(xy, wide.times(a[2], b[2]))
+    let xy = wide.add(wide.mul(a[0], b[0]), wide.mul(a[1], b[1]));
+    wide.add(xy, wide.mul(a[2], b[2]))
 }
 
 #[inline(always)]
-fn cross<S: Simd>(simd: S, a: &[Numbers<S>; 3], b: &[Numbers<S>; 3]) -> [Numbers<S>; 3] {
+fn cross<S: Simd>(simd: S, a: &[F64x8<S>; 3], b: &[F64x8<S>; 3]) -> [F64x8<S>; 3] {
     let wide = simd.doubles();
     let mut product = *a;
     for axis in 0..3 {
         let (next, last) = ((axis + 1) % 3, (axis + 2) % 3);
-        product[axis] = wide.minus(wide.times(a[next], b[last]), wide.times(a[last], b[next]));
+        product[axis] = wide.sub(wide.mul(a[next], b[last]), wide.mul(a[last], b[next]));
     }
     product
 }
 
 /// What a cross product would be if nothing cancelled, for vectors without negative components.
 #[inline(always)]
-fn permanent<S: Simd>(simd: S, a: &[Numbers<S>; 3], b: &[Numbers<S>; 3]) -> [Numbers<S>; 3] {
+fn permanent<S: Simd>(simd: S, a: &[F64x8<S>; 3], b: &[F64x8<S>; 3]) -> [F64x8<S>; 3] {
     let wide = simd.doubles();
     let mut product = *a;
     for axis in 0..3 {
         let (next, last) = ((axis + 1) % 3, (axis + 2) % 3);
-        product[axis] = wide.plus(wide.times(a[next], b[last]), wide.times(a[last], b[next]));
+        product[axis] = wide.add(wide.mul(a[next], b[last]), wide.mul(a[last], b[next]));
     }
     product
 }
 
 /// Knuth's sum and its exact error, as in `numeric/double_double.rs`.
 #[inline(always)]
-fn two_sum<S: Simd>(simd: S, a: Numbers<S>, b: Numbers<S>) -> [Numbers<S>; 2] {
+fn two_sum<S: Simd>(simd: S, a: F64x8<S>, b: F64x8<S>) -> [F64x8<S>; 2] {
     let wide = simd.doubles();
-    let sum = wide.plus(a, b);
-    let b_virtual = wide.minus(sum, a);
-    let a_virtual = wide.minus(sum, b_virtual);
-    [sum, wide.plus(wide.minus(a, a_virtual), wide.minus(b, b_virtual))]
+    let sum = wide.add(a, b);
+    let b_virtual = wide.sub(sum, a);
+    let a_virtual = wide.sub(sum, b_virtual);
+    [sum, wide.add(wide.sub(a, a_virtual), wide.sub(b, b_virtual))]
 }
 
 /// Dekker's product and its exact error, as there.
 #[inline(always)]
-fn two_product<S: Simd>(simd: S, a: Numbers<S>, b: Numbers<S>) -> [Numbers<S>; 2] {
+fn two_product<S: Simd>(simd: S, a: F64x8<S>, b: F64x8<S>) -> [F64x8<S>; 2] {
     let wide = simd.doubles();
-    let product = wide.times(a, b);
+    let product = wide.mul(a, b);
     let ([a_high, a_low], [b_high, b_low]) = (split(simd, a), split(simd, b));
-    let rest = wide.minus(product, wide.times(a_high, b_high));
-    let rest = wide.minus(rest, wide.times(a_low, b_high));
-    let rest = wide.minus(rest, wide.times(a_high, b_low));
-    [product, wide.minus(wide.times(a_low, b_low), rest)]
+    let rest = wide.sub(product, wide.mul(a_high, b_high));
+    let rest = wide.sub(rest, wide.mul(a_low, b_high));
+    let rest = wide.sub(rest, wide.mul(a_high, b_low));
+    [product, wide.sub(wide.mul(a_low, b_low), rest)]
 }
 
 #[inline(always)]
-fn split<S: Simd>(simd: S, a: Numbers<S>) -> [Numbers<S>; 2] {
+fn split<S: Simd>(simd: S, a: F64x8<S>) -> [F64x8<S>; 2] {
     let wide = simd.doubles();
-    let c = wide.times(wide.splat(134_217_729.0), a);
-    let high = wide.minus(c, wide.minus(c, a));
-    [high, wide.minus(a, high)]
+    let c = wide.mul(wide.splat(134_217_729.0), a);
+    let high = wide.sub(c, wide.sub(c, a));
+    [high, wide.sub(a, high)]
 }

@@ -36,7 +36,7 @@ const STABLE: f32 = 8.0;
 
 /// Rays by lane, or one ray in all lanes: what the kernel needs of them, beginning with the slopes, in the
 /// order of [`Columns`].
-type Lines<S> = [<S as Simd>::Floats; Columns::COUNT - Columns::SLOPE];
+type Lines<S> = [<S as Simd>::F32x8; Columns::COUNT - Columns::SLOPE];
 
 const SLOPE: usize = 0;
 const CENTER: usize = Columns::CENTER - Columns::SLOPE;
@@ -47,11 +47,11 @@ const END: usize = Columns::END - Columns::SLOPE;
 
 /// Triangles by lane, or one in all lanes: by corner, the coordinates across the axis of projection and
 /// the one along it.
-type Corners<S> = [[<S as Simd>::Floats; 3]; 3];
+type Corners<S> = [[<S as Simd>::F32x8; 3]; 3];
 
 /// Holds a ray against the triangles of a leaf.
 #[inline(always)]
-pub fn test<S: Simd>(simd: S, ray: &WideRay, corners: &CornerLanes) -> Verdict<S::Floats> {
+pub fn test<S: Simd>(simd: S, ray: &WideRay, corners: &CornerLanes) -> Verdict<S::F32x8> {
     let numbers = ray.fields();
     let mut line = [simd.splat(0.0); Columns::COUNT - Columns::SLOPE];
     for field in 0..line.len() {
@@ -69,7 +69,7 @@ pub fn test_lane<S: Simd>(
     limit: f32,
     axes: [usize; 3],
     corners: &CornerLanes,
-) -> Verdict<S::Floats> {
+) -> Verdict<S::F32x8> {
     let mut line = [simd.splat(0.0); Columns::COUNT - Columns::SLOPE];
     for field in 0..line.len() {
         line[field] = simd.splat(columns.at(Columns::SLOPE + field, lane));
@@ -86,7 +86,7 @@ pub fn test_group<S: Simd>(
     limits: &[f32; LANES],
     axes: [usize; 3],
     (corners, lane): (&CornerLanes, usize),
-) -> Option<Verdict<S::Floats>> {
+) -> Option<Verdict<S::F32x8>> {
     let mut lines = [simd.splat(0.0); Columns::COUNT - Columns::SLOPE];
     for field in 0..lines.len() {
         lines[field] = columns.load(simd, Columns::SLOPE + field);
@@ -122,9 +122,9 @@ fn triangles<S: Simd>(simd: S, axes: [usize; 3], corners: &CornerLanes) -> Corne
 fn judge<S: Simd>(
     simd: S,
     lines: &Lines<S>,
-    limit: S::Floats,
+    limit: S::F32x8,
     corners: &Corners<S>,
-) -> Verdict<S::Floats> {
+) -> Verdict<S::F32x8> {
     let sides = sides(simd, lines, corners);
     place(simd, lines, limit, corners, &sides)
 }
@@ -141,7 +141,7 @@ struct Sides<F> {
 
 /// The first half of the kernel.
 #[inline(always)]
-fn sides<S: Simd>(simd: S, lines: &Lines<S>, corners: &Corners<S>) -> Sides<S::Floats> {
+fn sides<S: Simd>(simd: S, lines: &Lines<S>, corners: &Corners<S>) -> Sides<S::F32x8> {
     // Project the corners along the line, which goes to the origin.
     let slope = [lines[SLOPE], lines[SLOPE + 1]];
     let center = [lines[CENTER], lines[CENTER + 1]];
@@ -151,15 +151,15 @@ fn sides<S: Simd>(simd: S, lines: &Lines<S>, corners: &Corners<S>) -> Sides<S::F
 
     // Take the edge functions, their least and largest, and the bound on their error.
     let (u, v, w) = (edge(simd, c, b), edge(simd, a, c), edge(simd, b, a));
-    let distance = simd.plus(simd.plus(length(simd, a), length(simd, b)), length(simd, c));
-    let error = simd.multiply_add(lines[ERROR], distance, lines[ERROR + 1]);
-    let least = simd.least(simd.least(u, v), w);
-    let largest = simd.largest(simd.largest(u, v), w);
+    let distance = simd.add(simd.add(length(simd, a), length(simd, b)), length(simd, c));
+    let error = simd.mul_add(lines[ERROR], distance, lines[ERROR + 1]);
+    let least = simd.min(simd.min(u, v), w);
+    let largest = simd.max(simd.max(u, v), w);
 
     // An infinite or NaN bound is certain of nothing: such triangles stay candidates.
-    let minus_error = simd.minus(simd.splat(0.0), error);
-    let is_missed = simd.are_below(least, minus_error) & simd.are_below(error, largest);
-    let is_crossed = simd.are_below(error, least) | simd.are_below(largest, minus_error);
+    let minus_error = simd.sub(simd.splat(0.0), error);
+    let is_missed = simd.lt(least, minus_error) & simd.lt(error, largest);
+    let is_crossed = simd.lt(error, least) | simd.lt(largest, minus_error);
     Sides { edges: [u, v, w], error, is_missed, is_crossed }
 }
 
@@ -168,30 +168,30 @@ fn sides<S: Simd>(simd: S, lines: &Lines<S>, corners: &Corners<S>) -> Sides<S::F
 fn place<S: Simd>(
     simd: S,
     lines: &Lines<S>,
-    limit: S::Floats,
+    limit: S::F32x8,
     corners: &Corners<S>,
-    sides: &Sides<S::Floats>,
-) -> Verdict<S::Floats> {
+    sides: &Sides<S::F32x8>,
+) -> Verdict<S::F32x8> {
     // Take the mean of the corners' depths, as a parameter, and what may be wrong there.
     let depths = [corners[0][2], corners[1][2], corners[2][2]];
     let ([u, v, w], error) = (sides.edges, sides.error);
-    let sum = simd.plus(simd.plus(u, v), w);
-    let inverse = simd.divided(simd.splat(1.0), sum);
-    let mean = simd.multiply_add(v, depths[1], simd.times(w, depths[2]));
-    let mean = simd.times(simd.multiply_add(u, depths[0], mean), inverse);
-    let at = simd.multiply_add(mean, lines[DEPTH], lines[DEPTH + 1]);
-    let nearest = simd.least(simd.least(depths[0], depths[1]), depths[2]);
-    let farthest = simd.largest(simd.largest(depths[0], depths[1]), depths[2]);
-    let extent = simd.times(simd.minus(farthest, nearest), simd.splat(MEAN_ERROR));
-    let share = simd.magnitude(simd.times(error, inverse));
-    let room = simd.multiply_add(extent, share, lines[DEPTH + 2]);
-    let (low, high) = (simd.minus(at, room), simd.plus(at, room));
+    let sum = simd.add(simd.add(u, v), w);
+    let inverse = simd.div(simd.splat(1.0), sum);
+    let mean = simd.mul_add(v, depths[1], simd.mul(w, depths[2]));
+    let mean = simd.mul(simd.mul_add(u, depths[0], mean), inverse);
+    let at = simd.mul_add(mean, lines[DEPTH], lines[DEPTH + 1]);
+    let nearest = simd.min(simd.min(depths[0], depths[1]), depths[2]);
+    let farthest = simd.max(simd.max(depths[0], depths[1]), depths[2]);
+    let extent = simd.mul(simd.sub(farthest, nearest), simd.splat(MEAN_ERROR));
+    let share = simd.abs(simd.mul(error, inverse));
+    let room = simd.mul_add(extent, share, lines[DEPTH + 2]);
+    let (low, high) = (simd.sub(at, room), simd.add(at, room));
 
     // Which are out of range for certain, and which within it?
-    let is_stable = simd.are_below(simd.times(error, simd.splat(STABLE)), simd.magnitude(sum));
-    let is_beyond = simd.are_below(limit, low);
-    let is_before = simd.are_below(high, lines[BEGIN]);
-    let is_within = simd.are_below(lines[BEGIN + 1], low) & simd.are_below(high, lines[END]);
+    let is_stable = simd.lt(simd.mul(error, simd.splat(STABLE)), simd.abs(sum));
+    let is_beyond = simd.lt(limit, low);
+    let is_before = simd.lt(high, lines[BEGIN]);
+    let is_within = simd.lt(lines[BEGIN + 1], low) & simd.lt(high, lines[END]);
     let candidates = !sides.is_missed & !(is_stable & (is_beyond | is_before)) & ALL;
     let certain = candidates & is_stable & sides.is_crossed & is_within;
     Verdict { candidates, certain, placed: is_stable, low, high }
@@ -232,18 +232,18 @@ impl Beam {
         let (u, v, w) = (edge(simd, c, b), edge(simd, a, c), edge(simd, b, a));
         let across = [distance(simd, a[0], b[0], c[0]), distance(simd, a[1], b[1], c[1])];
         let least_error = simd.splat(2.0 * BOUND_ROUNDING * p * q);
-        let error = simd.multiply_add(simd.splat(p), across[1], least_error);
-        let error = simd.multiply_add(simd.splat(q), across[0], error);
-        let least = simd.least(simd.least(u, v), w);
-        let largest = simd.largest(simd.largest(u, v), w);
-        let minus_error = simd.minus(simd.splat(0.0), error);
-        !(simd.are_below(least, minus_error) & simd.are_below(error, largest)) & ALL
+        let error = simd.mul_add(simd.splat(p), across[1], least_error);
+        let error = simd.mul_add(simd.splat(q), across[0], error);
+        let least = simd.min(simd.min(u, v), w);
+        let largest = simd.max(simd.max(u, v), w);
+        let minus_error = simd.sub(simd.splat(0.0), error);
+        !(simd.lt(least, minus_error) & simd.lt(error, largest)) & ALL
     }
 }
 
 #[inline(always)]
-fn distance<S: Simd>(simd: S, a: S::Floats, b: S::Floats, c: S::Floats) -> S::Floats {
-    simd.plus(simd.plus(simd.magnitude(a), simd.magnitude(b)), simd.magnitude(c))
+fn distance<S: Simd>(simd: S, a: S::F32x8, b: S::F32x8, c: S::F32x8) -> S::F32x8 {
+    simd.add(simd.add(simd.abs(a), simd.abs(b)), simd.abs(c))
 }
 
 /// What single precision knows about a ray and the triangles of a leaf.
@@ -310,22 +310,22 @@ impl Job for Judged<'_> {
 #[inline(always)]
 fn project<S: Simd>(
     simd: S,
-    slope: [S::Floats; 2],
-    center: [S::Floats; 2],
-    [x, y, depth]: &[S::Floats; 3],
-) -> [S::Floats; 2] {
+    slope: [S::F32x8; 2],
+    center: [S::F32x8; 2],
+    [x, y, depth]: &[S::F32x8; 3],
+) -> [S::F32x8; 2] {
     [
-        simd.minus(simd.subtract_product(slope[0], *depth, *x), center[0]),
-        simd.minus(simd.subtract_product(slope[1], *depth, *y), center[1]),
+        simd.sub(simd.neg_mul_add(slope[0], *depth, *x), center[0]),
+        simd.sub(simd.neg_mul_add(slope[1], *depth, *y), center[1]),
     ]
 }
 
 #[inline(always)]
-fn edge<S: Simd>(simd: S, p: [S::Floats; 2], q: [S::Floats; 2]) -> S::Floats {
-    simd.subtract_product(p[1], q[0], simd.times(p[0], q[1]))
+fn edge<S: Simd>(simd: S, p: [S::F32x8; 2], q: [S::F32x8; 2]) -> S::F32x8 {
+    simd.neg_mul_add(p[1], q[0], simd.mul(p[0], q[1]))
 }
 
 #[inline(always)]
-fn length<S: Simd>(simd: S, p: [S::Floats; 2]) -> S::Floats {
-    simd.plus(simd.magnitude(p[0]), simd.magnitude(p[1]))
+fn length<S: Simd>(simd: S, p: [S::F32x8; 2]) -> S::F32x8 {
+    simd.add(simd.abs(p[0]), simd.abs(p[1]))
 }

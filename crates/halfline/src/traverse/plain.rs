@@ -59,7 +59,7 @@ fn dot(p: &[Lanes; 3], q: &[Lanes; 3]) -> Lanes {
 }
 
 #[inline(always)]
-fn minus(p: &[Lanes; 3], q: &[Lanes; 3]) -> [Lanes; 3] {
+fn sub(p: &[Lanes; 3], q: &[Lanes; 3]) -> [Lanes; 3] {
     let mut difference = [[0.0; BLOCK_SIZE]; 3];
     for axis in 0..3 {
         for lane in 0..BLOCK_SIZE {
@@ -93,7 +93,7 @@ impl<const IS_ANY: bool> LeafTest<Nearest<IS_ANY>> for Plain {
         let [a, b, c] = &block.corners;
         let direction = self.direction.map(|x| [x; BLOCK_SIZE]);
         let origin = self.origin.map(|x| [x; BLOCK_SIZE]);
-        let (ab, ac, ao) = (minus(b, a), minus(c, a), minus(&origin, a));
+        let (ab, ac, ao) = (sub(b, a), sub(c, a), sub(&origin, a));
         let p = cross(&direction, &ac);
         let q = cross(&ao, &ab);
         let (determinant, u, v, t) =

@@ -1,10 +1,10 @@
 //! Where eight lines cross the planes of eight triangles, in single precision.
 
 use crate::numeric::{MAX_DETERMINANT_ERROR, UNIT_ROUNDOFF};
-use crate::simd::{Doubles, LANES, Numbers, Simd};
+use crate::simd::{F64x8, LANES, Simd, SimdF64};
 
 /// Eight lines and triangles: origins, directions, and corners, by axis.
-pub type LineLanes<S> = [[Numbers<S>; 3]; 5];
+pub type LineLanes<S> = [[F64x8<S>; 3]; 5];
 
 /// t in single precision, for eight lines that are known to cross the planes of triangles, in plain
 /// doubles: `n . (a - origin) / (n . direction)`. A bit for each that is known: not where its error
@@ -13,62 +13,61 @@ pub type LineLanes<S> = [[Numbers<S>; 3]; 5];
 pub fn single_parameters<S: Simd>(simd: S, lanes: &LineLanes<S>) -> ([f32; LANES], u32) {
     let wide = simd.doubles();
     let [origin, along, a, b, c] = *lanes;
-    let (ab, ac, oa) = (minus(simd, &b, &a), minus(simd, &c, &a), minus(simd, &a, &origin));
+    let (ab, ac, oa) = (sub(simd, &b, &a), sub(simd, &c, &a), sub(simd, &a, &origin));
     let (mut numerator, mut determinant) = (wide.splat(0.0), wide.splat(0.0));
     let (mut numerator_permanent, mut determinant_permanent) = (numerator, numerator);
     let (mut largest, mut normal_permanents) = (numerator, numerator);
     for axis in 0..3 {
         let (next, last) = ((axis + 1) % 3, (axis + 2) % 3);
-        let left = wide.times(ab[next], ac[last]);
-        let right = wide.times(ab[last], ac[next]);
-        let normal = wide.minus(left, right);
-        let permanent = wide.plus(wide.magnitude(left), wide.magnitude(right));
-        numerator = wide.multiply_add(normal, oa[axis], numerator);
-        determinant = wide.multiply_add(normal, along[axis], determinant);
-        let (far, fast) = (wide.magnitude(oa[axis]), wide.magnitude(along[axis]));
-        numerator_permanent = wide.multiply_add(permanent, far, numerator_permanent);
-        determinant_permanent = wide.multiply_add(permanent, fast, determinant_permanent);
-        normal_permanents = wide.plus(normal_permanents, permanent);
-        largest = wide.plus(largest, wide.plus(far, fast));
+        let left = wide.mul(ab[next], ac[last]);
+        let right = wide.mul(ab[last], ac[next]);
+        let normal = wide.sub(left, right);
+        let permanent = wide.add(wide.abs(left), wide.abs(right));
+        numerator = wide.mul_add(normal, oa[axis], numerator);
+        determinant = wide.mul_add(normal, along[axis], determinant);
+        let (far, fast) = (wide.abs(oa[axis]), wide.abs(along[axis]));
+        numerator_permanent = wide.mul_add(permanent, far, numerator_permanent);
+        determinant_permanent = wide.mul_add(permanent, fast, determinant_permanent);
+        normal_permanents = wide.add(normal_permanents, permanent);
+        largest = wide.add(largest, wide.add(far, fast));
     }
-    let inverse = wide.divided(wide.splat(1.0), determinant);
-    let t = wide.times(numerator, inverse);
+    let inverse = wide.div(wide.splat(1.0), determinant);
+    let t = wide.mul(numerator, inverse);
 
     // Where it is small, t and twice the inverse bound what the determinant's error does.
     let plain = wide.splat(PLAIN_ERROR);
-    let twice = wide.times(wide.splat(2.0), wide.magnitude(t));
-    let error = wide.multiply_add(twice, determinant_permanent, numerator_permanent);
-    let error = wide.times(wide.times(error, plain), wide.magnitude(inverse));
+    let twice = wide.mul(wide.splat(2.0), wide.abs(t));
+    let error = wide.mul_add(twice, determinant_permanent, numerator_permanent);
+    let error = wide.mul(wide.mul(error, plain), wide.abs(inverse));
     let (mut low, mut high) = ([0.0; LANES], [0.0; LANES]);
     // A zero would keep its sign.
-    simd.store(simd.plus(simd.narrow(wide.minus(t, error)), simd.splat(0.0)), &mut low);
-    simd.store(simd.plus(simd.narrow(wide.plus(t, error)), simd.splat(0.0)), &mut high);
+    simd.store(simd.add(simd.narrow(wide.sub(t, error)), simd.splat(0.0)), &mut low);
+    simd.store(simd.add(simd.narrow(wide.add(t, error)), simd.splat(0.0)), &mut high);
     let mut certain = 0;
     for lane in 0..LANES {
         certain |= u32::from(low[lane] == high[lane]) << lane;
     }
 
     // And where all is known: sums and products that are NaN are below nothing.
-    let determinant = wide.magnitude(determinant);
+    let determinant = wide.abs(determinant);
     let (first, last) = (wide.splat(PLAIN_RANGE.start), wide.splat(PLAIN_RANGE.end));
-    let numerator = wide.magnitude(numerator);
-    let relative =
-        wide.times(determinant_permanent, wide.splat(PLAIN_ERROR / MAX_DETERMINANT_ERROR));
-    certain &= wide.are_below(relative, determinant)
-        & wide.are_below(first, wide.least(determinant, numerator))
-        & wide.are_below(wide.largest(determinant, numerator), last)
-        & wide.are_below(wide.plus(largest, normal_permanents), last);
+    let numerator = wide.abs(numerator);
+    let relative = wide.mul(determinant_permanent, wide.splat(PLAIN_ERROR / MAX_DETERMINANT_ERROR));
+    certain &= wide.lt(relative, determinant)
+        & wide.lt(first, wide.min(determinant, numerator))
+        & wide.lt(wide.max(determinant, numerator), last)
+        & wide.lt(wide.add(largest, normal_permanents), last);
     (low, certain)
 }
 
 /// `p - q`.
 #[inline(always)]
-pub fn minus<S: Simd>(simd: S, p: &[Numbers<S>; 3], q: &[Numbers<S>; 3]) -> [Numbers<S>; 3] {
+pub fn sub<S: Simd>(simd: S, p: &[F64x8<S>; 3], q: &[F64x8<S>; 3]) -> [F64x8<S>; 3] {
     let wide = simd.doubles();
-    [wide.minus(p[0], q[0]), wide.minus(p[1], q[1]), wide.minus(p[2], q[2])]
+    [wide.sub(p[0], q[0]), wide.sub(p[1], q[1]), wide.sub(p[2], q[2])]
 }
 
-/// Numbers in [`single_parameters`] that underflow, by up to 2^-1074, changes by less than a rounding,
+/// F64x8 in [`single_parameters`] that underflow, by up to 2^-1074, changes by less than a rounding,
 /// even after two products with others of this range.
 const PLAIN_RANGE: std::ops::Range<f64> =
     f64::from_bits((1023 - 300) << 52)..f64::from_bits((1023 + 200) << 52);

@@ -105,7 +105,7 @@ impl Stacks {
             let (Some(free_nears), Some(free_words)) = (free_nears, free_words) else {
                 unreachable!("no more are kept than there were")
             };
-            kept += simd.push(near, limit, &words, IN_ORDER, free_nears, free_words);
+            kept += simd.compress(near, limit, &words, IN_ORDER, free_nears, free_words);
             first += LANES;
         }
         self.ends[slot] = kept;
@@ -217,9 +217,9 @@ impl<B: Batch> Job for Cast<'_, B> {
 
         loop {
             // Divide the slots by what is next.
-            let inner = simd.words_below(&words, Word::FIRST_LEAF);
-            let leaves = simd.words_below(&words, Word::END.0) & !inner;
-            let ended = simd.words_below(&words, Word::IDLE.0) & !(inner | leaves);
+            let inner = simd.lt_u32(&words, Word::FIRST_LEAF);
+            let leaves = simd.lt_u32(&words, Word::END.0) & !inner;
+            let ended = simd.lt_u32(&words, Word::IDLE.0) & !(inner | leaves);
             if inner | leaves | ended == 0 {
                 break;
             }

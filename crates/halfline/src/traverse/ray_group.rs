@@ -13,7 +13,7 @@ use super::wide_ray::{
     STEEPEST, WIDEST, WideRay, World,
 };
 use crate::geometry::{Ray, SingleRay};
-use crate::simd::{Doubles, LANES, Numbers, Simd};
+use crate::simd::{F64x8, LANES, Simd, SimdF64};
 
 /// Eight rays.
 pub struct RayGroup {
@@ -69,7 +69,7 @@ impl Columns {
 
     /// A field.
     #[inline(always)]
-    pub fn load<S: Simd>(&self, simd: S, field: usize) -> S::Floats {
+    pub fn load<S: Simd>(&self, simd: S, field: usize) -> S::F32x8 {
         simd.load(&self.0[field])
     }
 
@@ -102,13 +102,13 @@ const ENTRY_ERROR: f64 = 10.0 * SINGLE_ROUNDOFF;
 /// Eight rays as they were given.
 pub struct RayLanes<S: Simd> {
     /// By axis.
-    pub origin: [Numbers<S>; 3],
+    pub origin: [F64x8<S>; 3],
     /// By axis.
-    pub direction: [Numbers<S>; 3],
+    pub direction: [F64x8<S>; 3],
     /// Where the ranges begin,
-    pub t_min: Numbers<S>,
+    pub t_min: F64x8<S>,
     /// and end.
-    pub t_max: Numbers<S>,
+    pub t_max: F64x8<S>,
 }
 
 /// Rays that can be taken eight at a time.
@@ -142,8 +142,8 @@ impl RayRows for SingleRay {
 
 /// From rays as they lie in memory.
 #[inline(always)]
-fn of_rows<S: Simd>(simd: S, rows: [S::Floats; LANES]) -> RayLanes<S> {
-    let [a, b, c, t_min, x, y, z, t_max] = simd.transposed(rows);
+fn of_rows<S: Simd>(simd: S, rows: [S::F32x8; LANES]) -> RayLanes<S> {
+    let [a, b, c, t_min, x, y, z, t_max] = simd.transpose(rows);
     RayLanes {
         origin: [simd.widen(a), simd.widen(b), simd.widen(c)],
         direction: [simd.widen(x), simd.widen(y), simd.widen(z)],
@@ -208,18 +208,18 @@ impl RayGroup {
 
         // Scale the directions by powers of two to [1, 2), and bring the origins into the frame.
         let along = &rays.direction;
-        let largest = wide.largest(wide.magnitude(along[0]), wide.magnitude(along[1]));
-        let largest = wide.largest(largest, wide.magnitude(along[2]));
+        let largest = wide.max(wide.abs(along[0]), wide.abs(along[1]));
+        let largest = wide.max(largest, wide.abs(along[2]));
         let power = wide.power(largest);
         let inverse_power = wide.inverse_power(power);
         let scale = world.frame.scale();
-        let factor = wide.times(power, wide.splat(scale));
+        let factor = wide.mul(power, wide.splat(scale));
         let offset = world.frame.offset();
         let (mut direction, mut origin) = (*along, rays.origin);
         for axis in 0..3 {
-            direction[axis] = wide.times(along[axis], inverse_power);
-            let moved = wide.minus(origin[axis], wide.splat(offset[axis]));
-            origin[axis] = wide.times(moved, wide.splat(scale));
+            direction[axis] = wide.mul(along[axis], inverse_power);
+            let moved = wide.sub(origin[axis], wide.splat(offset[axis]));
+            origin[axis] = wide.mul(moved, wide.splat(scale));
         }
 
         // Which can be prepared so? A sum shows whether any of its parts is NaN; a maximum may not.
@@ -228,76 +228,75 @@ impl RayGroup {
             [simd.narrow(direction[0]), simd.narrow(direction[1]), simd.narrow(direction[2])];
         let course_size = magnitudes(simd, &course);
         let [a, b, c] = magnitudes(simd, &near_origin);
-        let from_origin = simd.largest(simd.largest(a, b), c);
-        let sum = simd.plus(simd.plus(a, b), c);
-        let sum =
-            simd.plus(simd.plus(course_size[0], course_size[1]), simd.plus(course_size[2], sum));
-        let mut ordinary = simd.are_below(sum, simd.splat(FARTHEST))
-            & wide.are_below(wide.splat(ORDINARY.start), largest)
-            & wide.are_below(largest, wide.splat(ORDINARY.end))
-            & wide.are_ordered(rays.t_min, rays.t_max);
+        let from_origin = simd.max(simd.max(a, b), c);
+        let sum = simd.add(simd.add(a, b), c);
+        let sum = simd.add(simd.add(course_size[0], course_size[1]), simd.add(course_size[2], sum));
+        let mut ordinary = simd.lt(sum, simd.splat(FARTHEST))
+            & wide.lt(wide.splat(ORDINARY.start), largest)
+            & wide.lt(largest, wide.splat(ORDINARY.end))
+            & wide.le(rays.t_min, rays.t_max);
         if !ORDINARY.contains(&scale) {
             ordinary = 0;
         }
 
         // Find where they enter and leave the root's box, at least and at most.
-        let begin = wide.times(rays.t_min, factor);
+        let begin = wide.mul(rays.t_min, factor);
         let far = simd.splat(FAR as f32);
-        let mut enter = simd.least(simd.largest(simd.narrow(begin), simd.minus(zero, far)), far);
+        let mut enter = simd.min(simd.max(simd.narrow(begin), simd.sub(zero, far)), far);
         let before = simd.splat(-4.0 * SINGLE_ROUNDOFF as f32);
-        enter = simd.multiply_add(simd.magnitude(enter), before, enter);
+        enter = simd.mul_add(simd.abs(enter), before, enter);
         let mut leave = simd.splat(f32::INFINITY);
-        let room = simd.times(simd.plus(from_origin, reach), simd.splat(ENTRY_ERROR as f32));
+        let room = simd.mul(simd.add(from_origin, reach), simd.splat(ENTRY_ERROR as f32));
         let mut inverse = course;
         let mut steepness = course;
         for axis in 0..3 {
             let steepest = simd.splat(STEEPEST as f32);
-            let inverted = simd.divided(simd.splat(1.0), course[axis]);
-            let inverted = simd.least(simd.largest(inverted, simd.minus(zero, steepest)), steepest);
+            let inverted = simd.div(simd.splat(1.0), course[axis]);
+            let inverted = simd.min(simd.max(inverted, simd.sub(zero, steepest)), steepest);
             inverse[axis] = inverted;
-            steepness[axis] = simd.magnitude(inverted);
-            let room = simd.times(room, steepness[axis]);
+            steepness[axis] = simd.abs(inverted);
+            let room = simd.mul(room, steepness[axis]);
             let (low, high) = (world.root.min[axis], world.root.max[axis]);
-            let one = simd.times(simd.minus(simd.splat(low), near_origin[axis]), inverted);
-            let other = simd.times(simd.minus(simd.splat(high), near_origin[axis]), inverted);
-            enter = simd.largest(enter, simd.minus(simd.least(one, other), room));
-            leave = simd.least(leave, simd.plus(simd.largest(one, other), room));
+            let one = simd.mul(simd.sub(simd.splat(low), near_origin[axis]), inverted);
+            let other = simd.mul(simd.sub(simd.splat(high), near_origin[axis]), inverted);
+            enter = simd.max(enter, simd.sub(simd.min(one, other), room));
+            leave = simd.min(leave, simd.add(simd.max(one, other), room));
         }
 
         // Go to the start, and bound what may be wrong there.
         let start = simd.widen(enter);
         let at = [
-            simd.narrow(wide.multiply_add(start, direction[0], origin[0])),
-            simd.narrow(wide.multiply_add(start, direction[1], origin[1])),
-            simd.narrow(wide.multiply_add(start, direction[2], origin[2])),
+            simd.narrow(wide.mul_add(start, direction[0], origin[0])),
+            simd.narrow(wide.mul_add(start, direction[1], origin[1])),
+            simd.narrow(wide.mul_add(start, direction[2], origin[2])),
         ];
-        let way = simd.plus(simd.magnitude(enter), simd.magnitude(enter));
-        let error = simd.times(simd.plus(from_origin, way), simd.splat(START_ERROR as f32));
-        let error = simd.plus(error, simd.splat(f32::MIN_POSITIVE));
+        let way = simd.add(simd.abs(enter), simd.abs(enter));
+        let error = simd.mul(simd.add(from_origin, way), simd.splat(START_ERROR as f32));
+        let error = simd.add(error, simd.splat(f32::MIN_POSITIVE));
         let [a, b, c] = magnitudes(simd, &at);
-        let around = simd.plus(simd.largest(simd.largest(a, b), c), reach);
-        let error = simd.multiply_add(around, simd.splat(POSITION_ERROR as f32), error);
+        let around = simd.add(simd.max(simd.max(a, b), c), reach);
+        let error = simd.mul_add(around, simd.splat(POSITION_ERROR as f32), error);
 
         // NaN, after an overflow, leaves the answer open.
-        let bounded = simd.are_below(error, simd.splat(WIDEST as f32));
-        let end = range_of(simd, wide.times(rays.t_max, factor), start, enter);
+        let bounded = simd.lt(error, simd.splat(WIDEST as f32));
+        let end = range_of(simd, wide.mul(rays.t_max, factor), start, enter);
         let begin = range_of(simd, begin, start, enter);
-        let met = !simd.are_below(leave, enter) & !simd.are_below(end[1], zero);
+        let met = !simd.lt(leave, enter) & !simd.lt(end[1], zero);
 
         // Write down what boxes and leaves need.
         let (mut away, mut near, mut far) = (at, at, at);
         let mut octant = simd.splat(UNITS);
         for axis in 0..3 {
-            away[axis] = simd.times(at[axis], inverse[axis]);
-            let room = simd.times(error, steepness[axis]);
-            near[axis] = simd.minus(simd.minus(zero, away[axis]), room);
-            far[axis] = simd.minus(room, away[axis]);
+            away[axis] = simd.mul(at[axis], inverse[axis]);
+            let room = simd.mul(error, steepness[axis]);
+            near[axis] = simd.sub(simd.sub(zero, away[axis]), room);
+            far[axis] = simd.sub(room, away[axis]);
             let bit = simd.splat((1 << axis) as f32);
-            octant = simd.plus(octant, simd.if_below(inverse[axis], zero, bit, zero));
+            octant = simd.add(octant, simd.select_lt(inverse[axis], zero, bit, zero));
         }
         let longest = Longest::of(simd, course_size);
-        let depth_inverse = longest.choose(simd, inverse[0], inverse[1], inverse[2]);
-        let depth_base = longest.choose(simd, away[0], away[1], away[2]);
+        let depth_inverse = longest.select(simd, inverse[0], inverse[1], inverse[2]);
+        let depth_base = longest.select(simd, away[0], away[1], away[2]);
         let filter = leaf_filters(simd, &longest, &origin, &direction, from_origin, world.reach);
         let [last, slope, slope_2, center, center_2, per_distance, at_least] = filter;
         let parts = [
@@ -307,8 +306,8 @@ impl RayGroup {
                 per_distance,
                 at_least,
                 depth_inverse,
-                simd.minus(zero, depth_base),
-                simd.times(error, simd.splat(DEPTH_ERROR as f32)),
+                simd.sub(zero, depth_base),
+                simd.mul(error, simd.splat(DEPTH_ERROR as f32)),
                 begin[0],
                 begin[1],
                 end[0],
@@ -338,7 +337,7 @@ impl RayGroup {
             for field in 0..LANES {
                 fields[field] = self.columns.load(simd, LANES * part + field);
             }
-            let rows = simd.transposed(fields);
+            let rows = simd.transpose(fields);
             for lane in 0..LANES {
                 simd.store(rows[lane], &mut self.rays[lane].parts_mut()[part]);
             }
@@ -377,8 +376,8 @@ impl RayGroup {
 const ALL: u32 = (1 << LANES) - 1;
 
 #[inline(always)]
-fn magnitudes<S: Simd>(simd: S, v: &[S::Floats; 3]) -> [S::Floats; 3] {
-    [simd.magnitude(v[0]), simd.magnitude(v[1]), simd.magnitude(v[2])]
+fn magnitudes<S: Simd>(simd: S, v: &[S::F32x8; 3]) -> [S::F32x8; 3] {
+    [simd.abs(v[0]), simd.abs(v[1]), simd.abs(v[2])]
 }
 
 /// Two numbers between which a parameter is for walks that begin at `start`, which is also `single`,
@@ -386,16 +385,16 @@ fn magnitudes<S: Simd>(simd: S, v: &[S::Floats; 3]) -> [S::Floats; 3] {
 #[inline(always)]
 fn range_of<S: Simd>(
     simd: S,
-    parameter: Numbers<S>,
-    start: Numbers<S>,
-    single: S::Floats,
-) -> [S::Floats; 2] {
-    let way = simd.narrow(simd.doubles().minus(parameter, start));
-    let size = simd.plus(simd.magnitude(simd.narrow(parameter)), simd.magnitude(single));
-    let error = simd.times(simd.magnitude(way), simd.splat(LIMIT_ERROR as f32));
-    let error = simd.multiply_add(size, simd.splat(START_ERROR as f32), error);
+    parameter: F64x8<S>,
+    start: F64x8<S>,
+    single: S::F32x8,
+) -> [S::F32x8; 2] {
+    let way = simd.narrow(simd.doubles().sub(parameter, start));
+    let size = simd.add(simd.abs(simd.narrow(parameter)), simd.abs(single));
+    let error = simd.mul(simd.abs(way), simd.splat(LIMIT_ERROR as f32));
+    let error = simd.mul_add(size, simd.splat(START_ERROR as f32), error);
     // Far beyond everything no error matters, and infinite ones would not do.
-    let is_near = (simd.magnitude(way), simd.splat(FAR as f32));
-    let error = simd.if_below(is_near.0, is_near.1, error, simd.splat(0.0));
-    [simd.minus(way, error), simd.plus(way, error)]
+    let is_near = (simd.abs(way), simd.splat(FAR as f32));
+    let error = simd.select_lt(is_near.0, is_near.1, error, simd.splat(0.0));
+    [simd.sub(way, error), simd.add(way, error)]
 }

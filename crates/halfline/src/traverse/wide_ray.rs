@@ -93,7 +93,7 @@ pub struct WideRay {
     pub depth: Depth,
 }
 
-/// Numbers in a [`WideRay`].
+/// F64x8 in a [`WideRay`].
 pub const FIELDS: usize = size_of::<WideRay>() / 4;
 
 /// The parameter of a [`WideRay`]: that of [`SlabRay`] less the start's.
@@ -230,12 +230,12 @@ impl WideRay {
             let inverse = simd.splat(self.inverse[axis]);
             let near_sides = simd.load(&node.planes[axis][side]);
             let far_sides = simd.load(&node.planes[axis][1 - side]);
-            let enter = simd.multiply_add(near_sides, inverse, simd.splat(self.near[axis]));
-            let leave = simd.multiply_add(far_sides, inverse, simd.splat(self.far[axis]));
-            near = simd.largest(enter, near);
-            far = simd.least(leave, far);
+            let enter = simd.mul_add(near_sides, inverse, simd.splat(self.near[axis]));
+            let leave = simd.mul_add(far_sides, inverse, simd.splat(self.far[axis]));
+            near = simd.max(enter, near);
+            far = simd.min(leave, far);
         }
-        simd.push(near, far, &node.words, node.orders[octant], nears, words)
+        simd.compress(near, far, &node.words, node.orders[octant], nears, words)
     }
 }
 

@@ -25,7 +25,7 @@ impl<B: Batch> Cast<'_, B> {
         self.work.add_leaves(1);
         let block = &self.tree.leaves.blocks[index];
         let mut triangles = bundle.beam.candidates(simd, bundle.axes, &block.corners);
-        triangles &= !simd.words_equal(&block.faces, NO_FACE);
+        triangles &= !simd.eq_u32(&block.faces, NO_FACE);
         if triangles == 0 {
             return 0;
         }
@@ -108,18 +108,18 @@ impl<B: Batch> Cast<'_, B> {
                     Shortcut::Nearest => {
                         // Take it where it is the nearest for certain, and pass by where it is not.
                         let face = block.faces[triangle];
-                        open &= !simd.words_equal(&bundle.faces[group], face);
+                        open &= !simd.eq_u32(&bundle.faces[group], face);
                         let lows = simd.load(&bundle.lows[group]);
-                        let nearer = verdict.certain & open & simd.are_below(verdict.high, lows);
+                        let nearer = verdict.certain & open & simd.lt(verdict.high, lows);
                         let limits = simd.load(&bundle.limits[group]);
-                        simd.store(simd.choose(nearer, verdict.low, lows), &mut bundle.lows[group]);
+                        simd.store(simd.select(nearer, verdict.low, lows), &mut bundle.lows[group]);
                         simd.store(
-                            simd.choose(nearer, verdict.high, limits),
+                            simd.select(nearer, verdict.high, limits),
                             &mut bundle.limits[group],
                         );
-                        simd.set_words(nearer, face, &mut bundle.faces[group]);
-                        simd.set_words(nearer, index as u32, &mut bundle.blocks[group]);
-                        simd.set_words(nearer, triangle as u32, &mut bundle.triangles[group]);
+                        simd.masked_fill_u32(nearer, face, &mut bundle.faces[group]);
+                        simd.masked_fill_u32(nearer, index as u32, &mut bundle.blocks[group]);
+                        simd.masked_fill_u32(nearer, triangle as u32, &mut bundle.triangles[group]);
                         bundle.told &= !bits_of(nearer, group);
                         open &= !nearer;
                     }
@@ -129,7 +129,7 @@ impl<B: Batch> Cast<'_, B> {
                         lanes &= !certain;
                         open &= !certain;
                         simd.store(
-                            simd.choose(
+                            simd.select(
                                 certain,
                                 simd.splat(-1.0),
                                 simd.load(&bundle.limits[group]),
@@ -137,7 +137,7 @@ impl<B: Batch> Cast<'_, B> {
                             &mut bundle.limits[group],
                         );
                         // Those that were found so need no decision.
-                        simd.set_words(certain, 0, &mut bundle.faces[group]);
+                        simd.masked_fill_u32(certain, 0, &mut bundle.faces[group]);
                     }
                 }
                 if open != 0 {
@@ -169,7 +169,7 @@ impl<B: Batch> Cast<'_, B> {
             triangles: [triangle as u32; LANES],
             lanes: open,
         };
-        let look = simd.apart(LookAgain { cast: self, pairs: &pairs });
+        let look = simd.outlined(LookAgain { cast: self, pairs: &pairs });
         let (mut rest, mut done) = (open, 0);
         while rest != 0 {
             let lane = rest.trailing_zeros() as usize % LANES;
@@ -227,7 +227,7 @@ impl<B: Batch> Cast<'_, B> {
         if B::Query::SHORTCUT == Shortcut::Nearest {
             for group in 0..GROUPS {
                 let lanes = lanes_of(mask & !bundle.told, group);
-                let lanes = lanes & !simd.words_equal(&bundle.faces[group], NO_FACE);
+                let lanes = lanes & !simd.eq_u32(&bundle.faces[group], NO_FACE);
                 if lanes == 0 {
                     continue;
                 }

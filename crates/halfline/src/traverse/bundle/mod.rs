@@ -210,12 +210,12 @@ impl<Q: Query + Default> Bundle<Q> {
             for axis in 0..2 {
                 let slope = group.columns.load(simd, Columns::SLOPE + axis);
                 let center = group.columns.load(simd, Columns::CENTER + axis);
-                let before = simd.subtract_product(slope, reach, center);
-                let behind = simd.multiply_add(slope, reach, center);
-                least[4 * axis] = simd.least(before, least[4 * axis]);
-                least[4 * axis + 1] = simd.least(simd.minus(zero, before), least[4 * axis + 1]);
-                least[4 * axis + 2] = simd.least(behind, least[4 * axis + 2]);
-                least[4 * axis + 3] = simd.least(simd.minus(zero, behind), least[4 * axis + 3]);
+                let before = simd.neg_mul_add(slope, reach, center);
+                let behind = simd.mul_add(slope, reach, center);
+                least[4 * axis] = simd.min(before, least[4 * axis]);
+                least[4 * axis + 1] = simd.min(simd.sub(zero, before), least[4 * axis + 1]);
+                least[4 * axis + 2] = simd.min(behind, least[4 * axis + 2]);
+                least[4 * axis + 3] = simd.min(simd.sub(zero, behind), least[4 * axis + 3]);
             }
         }
         let ends = least_of_each(simd, least);
@@ -253,17 +253,17 @@ impl<Q: Query + Default> Bundle<Q> {
                 let inverse = group.columns.load(simd, axis);
                 let near = group.columns.load(simd, Columns::NEAR + axis);
                 let far = group.columns.load(simd, Columns::FAR + axis);
-                let near = simd.multiply_add(center, inverse, near);
-                let far = simd.multiply_add(center, inverse, far);
-                sides[axis] = simd.least(near, sides[axis]);
-                sides[3 + axis] = simd.least(simd.minus(zero, far), sides[3 + axis]);
-                others[axis] = simd.least(simd.minus(zero, near), others[axis]);
-                others[3 + axis] = simd.least(far, others[3 + axis]);
-                inverses[axis] = simd.least(inverse, inverses[axis]);
-                inverses[3 + axis] = simd.least(simd.minus(zero, inverse), inverses[3 + axis]);
+                let near = simd.mul_add(center, inverse, near);
+                let far = simd.mul_add(center, inverse, far);
+                sides[axis] = simd.min(near, sides[axis]);
+                sides[3 + axis] = simd.min(simd.sub(zero, far), sides[3 + axis]);
+                others[axis] = simd.min(simd.sub(zero, near), others[axis]);
+                others[3 + axis] = simd.min(far, others[3 + axis]);
+                inverses[axis] = simd.min(inverse, inverses[axis]);
+                inverses[3 + axis] = simd.min(simd.sub(zero, inverse), inverses[3 + axis]);
             }
             let error = group.columns.load(simd, Columns::ERROR);
-            inverses[6] = simd.least(simd.minus(zero, error), inverses[6]);
+            inverses[6] = simd.min(simd.sub(zero, error), inverses[6]);
         }
         let (sides, others) = (least_of_each(simd, sides), least_of_each(simd, others));
         let inverses = least_of_each(simd, inverses);
@@ -298,21 +298,20 @@ impl<Q: Query + Default> Bundle<Q> {
             let side = (self.octant >> axis & 1) as usize;
             let center = simd.splat(bounds.center);
             let inverse = [simd.splat(bounds.inverse[0]), simd.splat(bounds.inverse[1])];
-            let near_sides = simd.minus(simd.load(&node.planes[axis][side]), center);
-            let far_sides = simd.minus(simd.load(&node.planes[axis][1 - side]), center);
-            let enter = [simd.times(near_sides, inverse[0]), simd.times(near_sides, inverse[1])];
-            let leave = [simd.times(far_sides, inverse[0]), simd.times(far_sides, inverse[1])];
-            let enter_first = simd.plus(simd.least(enter[0], enter[1]), simd.splat(bounds.near[0]));
-            let enter_last =
-                simd.plus(simd.largest(enter[0], enter[1]), simd.splat(bounds.near[1]));
-            let leave_first = simd.plus(simd.least(leave[0], leave[1]), simd.splat(bounds.far[0]));
-            let leave_last = simd.plus(simd.largest(leave[0], leave[1]), simd.splat(bounds.far[1]));
-            near = simd.largest(enter_first, near);
-            far = simd.least(leave_last, far);
-            latest = simd.largest(enter_last, latest);
-            soonest = simd.least(leave_first, soonest);
+            let near_sides = simd.sub(simd.load(&node.planes[axis][side]), center);
+            let far_sides = simd.sub(simd.load(&node.planes[axis][1 - side]), center);
+            let enter = [simd.mul(near_sides, inverse[0]), simd.mul(near_sides, inverse[1])];
+            let leave = [simd.mul(far_sides, inverse[0]), simd.mul(far_sides, inverse[1])];
+            let enter_first = simd.add(simd.min(enter[0], enter[1]), simd.splat(bounds.near[0]));
+            let enter_last = simd.add(simd.max(enter[0], enter[1]), simd.splat(bounds.near[1]));
+            let leave_first = simd.add(simd.min(leave[0], leave[1]), simd.splat(bounds.far[0]));
+            let leave_last = simd.add(simd.max(leave[0], leave[1]), simd.splat(bounds.far[1]));
+            near = simd.max(enter_first, near);
+            far = simd.min(leave_last, far);
+            latest = simd.max(enter_last, latest);
+            soonest = simd.min(leave_first, soonest);
         }
-        let by_all = simd.are_below(latest, soonest);
+        let by_all = simd.lt(latest, soonest);
         let mut numbers = [0; LANES];
         for lane in 0..LANES {
             numbers[lane] = lane as u32 + (by_all >> lane & 1) * BY_ALL;
@@ -329,8 +328,8 @@ impl<Q: Query + Default> Bundle<Q> {
         else {
             unreachable!("the builder bounds what waits")
         };
-        simd.push(near, far, &numbers, order, nears, lanes);
-        self.waiting += simd.push(near, far, &node.words, order, nears, words);
+        simd.compress(near, far, &numbers, order, nears, lanes);
+        self.waiting += simd.compress(near, far, &node.words, order, nears, words);
         *parents = [index as u32; LANES];
         *masks = [mask; LANES];
     }
@@ -366,13 +365,13 @@ impl<Q: Query + Default> Bundle<Q> {
                 let [near_side, far_side] = sides[axis];
                 let inverse = columns.load(simd, axis);
                 let enter =
-                    simd.multiply_add(near_side, inverse, columns.load(simd, Columns::NEAR + axis));
+                    simd.mul_add(near_side, inverse, columns.load(simd, Columns::NEAR + axis));
                 let leave =
-                    simd.multiply_add(far_side, inverse, columns.load(simd, Columns::FAR + axis));
-                near = simd.largest(enter, near);
-                far = simd.least(leave, far);
+                    simd.mul_add(far_side, inverse, columns.load(simd, Columns::FAR + axis));
+                near = simd.max(enter, near);
+                far = simd.min(leave, far);
             }
-            met |= bits_of(!simd.are_below(far, near) & lanes, group);
+            met |= bits_of(!simd.lt(far, near) & lanes, group);
         }
         met
     }
@@ -382,7 +381,7 @@ impl<Q: Query + Default> Bundle<Q> {
     fn set_limit<S: Simd>(&mut self, simd: S, part: &Range<usize>) {
         let mut largest = simd.splat(0.0);
         for group in part.clone() {
-            largest = simd.largest(simd.load(&self.limits[group]), largest);
+            largest = simd.max(simd.load(&self.limits[group]), largest);
         }
         let mut lanes = [0.0; LANES];
         simd.store(largest, &mut lanes);
@@ -508,18 +507,18 @@ impl<B: Batch> Cast<'_, B> {
 
 /// A bit for each number that is not this one.
 #[inline(always)]
-fn differing<S: Simd>(simd: S, a: S::Floats, b: f32) -> u32 {
+fn differing<S: Simd>(simd: S, a: S::F32x8, b: f32) -> u32 {
     let b = simd.splat(b);
-    simd.are_below(a, b) | simd.are_below(b, a)
+    simd.lt(a, b) | simd.lt(b, a)
 }
 
 /// The least number of each of eight vectors, none of which is NaN.
 #[inline(always)]
-fn least_of_each<S: Simd>(simd: S, a: [S::Floats; LANES]) -> [f32; LANES] {
-    let columns = simd.transposed(a);
+fn least_of_each<S: Simd>(simd: S, a: [S::F32x8; LANES]) -> [f32; LANES] {
+    let columns = simd.transpose(a);
     let mut least = columns[0];
     for column in 1..LANES {
-        least = simd.least(columns[column], least);
+        least = simd.min(columns[column], least);
     }
     let mut lanes = [0.0; LANES];
     simd.store(least, &mut lanes);

@@ -143,7 +143,7 @@ impl<B: Batch> Cast<'_, B> {
         let mut pairs = Pairs::none();
         pairs.push(ray.number, ray.found.face, ray.found.place);
         pairs.push(ray.number, face, (index as u32, lane as u32));
-        let (t, known) = simd.apart(Parameters { cast: self, pairs: &pairs });
+        let (t, known) = simd.outlined(Parameters { cast: self, pairs: &pairs });
         if known & 3 != 3 {
             return false;
         }
@@ -203,7 +203,7 @@ impl<B: Batch> Cast<'_, B> {
                 pairs.push(ray.number, face, (index as u32, lane));
             }
         }
-        let look = simd.apart(LookAgain { cast: self, pairs: &pairs });
+        let look = simd.outlined(LookAgain { cast: self, pairs: &pairs });
         for pair in 0..pairs.lanes.count_ones() as usize {
             let lane = pairs.triangles[pair % LANES] as usize % LANES;
             let second = self.decide_again(&mut ray, decision, (&look, pair), (index, lane));

@@ -199,7 +199,7 @@ impl Candidates {
 
     /// Takes what is known.
     #[inline(always)]
-    pub fn set<S: Simd>(&mut self, simd: S, verdict: Verdict<S::Floats>) {
+    pub fn set<S: Simd>(&mut self, simd: S, verdict: Verdict<S::F32x8>) {
         simd.store(verdict.low, &mut self.low);
         simd.store(verdict.high, &mut self.high);
         (self.open, self.certain) = (verdict.candidates, verdict.certain);

@@ -6,7 +6,7 @@ use super::super::query::{CertainCrossing, Query, Shortcut};
 use super::super::second_look::{SecondLook, second_look};
 use super::{Batch, Cast, Decision, Ending, Found, RayState};
 use crate::geometry::{Hit, NO_FACE, Vec3};
-use crate::simd::{Doubles, Job, LANES, Numbers, Simd};
+use crate::simd::{F64x8, Job, LANES, Simd, SimdF64};
 
 /// For rays and the triangles that they are known to hit, t.
 pub struct Parameters<'a, 'b, B> {
@@ -49,7 +49,7 @@ impl<B: Batch> Job for LookAgain<'_, '_, B> {
 
 /// Up to eight rays and a triangle for each, by lane.
 pub struct Pairs {
-    /// Numbers of rays, in each lane that of one.
+    /// F64x8 of rays, in each lane that of one.
     pub numbers: [usize; LANES],
     /// Faces,
     pub faces: [u32; LANES],
@@ -171,7 +171,7 @@ impl<B: Batch> Cast<'_, B> {
 
     /// The corners of eight triangles, in the user's coordinates.
     #[inline(always)]
-    fn corner_lanes<S: Simd>(&self, simd: S, pairs: &Pairs) -> [[Numbers<S>; 3]; 3] {
+    fn corner_lanes<S: Simd>(&self, simd: S, pairs: &Pairs) -> [[F64x8<S>; 3]; 3] {
         let (wide, leaves, frame) = (simd.doubles(), &self.tree.leaves, &self.tree.frame);
         let mut corners = [[wide.splat(0.0); 3]; 3];
         if leaves.are_exact {
@@ -188,8 +188,8 @@ impl<B: Batch> Cast<'_, B> {
             for corner in 0..3 {
                 for axis in 0..3 {
                     let number = simd.widen(simd.load(&lanes[corner][axis]));
-                    let scaled = wide.times(number, wide.splat(frame.unit()));
-                    corners[corner][axis] = wide.plus(scaled, wide.splat(frame.offset()[axis]));
+                    let scaled = wide.mul(number, wide.splat(frame.unit()));
+                    corners[corner][axis] = wide.add(scaled, wide.splat(frame.offset()[axis]));
                 }
             }
         } else {

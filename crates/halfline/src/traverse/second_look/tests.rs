@@ -6,7 +6,7 @@ use crate::geometry::{Ray, Vec3};
 use crate::numeric::{PreparedRay, Touched};
 use crate::simd::{Job, Level};
 
-/// Numbers at random (SplitMix64), the same each time.
+/// F64x8 at random (SplitMix64), the same each time.
 struct Random(u64);
 
 impl Random {
