@@ -5,7 +5,7 @@
 
 use std::fmt::Debug;
 
-use halfline::build::{BuildParameters, Preset};
+use halfline::builder::{BuildParameters, Preset};
 use halfline::progress::Silent;
 use halfline::textbook::{KdTree, Middle, ObjectMedian, SplittingRule, SurfaceArea, Termination};
 use halfline::{Hit, Mesh, Ray, Scene, brute_force};

@@ -3,7 +3,7 @@
 
 #![no_main]
 
-use halfline::build::BuildParameters;
+use halfline::builder::BuildParameters;
 use halfline::progress::Silent;
 use halfline::textbook::{KdTree, Middle, Termination};
 use halfline::{Scene, brute_force};

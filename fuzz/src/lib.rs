@@ -7,7 +7,7 @@ use std::sync::{Once, OnceLock};
 
 use halfline::error::{Error, Result};
 use halfline::io::{ply, save_ply};
-use halfline::progress::{Observer, Silent};
+use halfline::progress::{Observer, NoProgress};
 use halfline::{Mesh, Scene};
 use tempfile::TempDir;
 
@@ -53,7 +53,7 @@ pub fn write(name: &str, content: &[u8]) -> PathBuf {
 /// can be used or an error of one line.
 pub fn try_reader(read: Read, name: &str, content: &[u8]) {
     be_single_threaded();
-    check_answer(read(&place(name), content, &Silent));
+    check_answer(read(&place(name), content, &NoProgress));
 }
 
 /// Fails unless `answer` is a mesh that can be used or an error of one line.
@@ -87,9 +87,9 @@ fn check_mesh(mesh: Mesh) {
     }
 
     let path = place("saved.ply");
-    save_ply(&mesh, &path, &Silent).expect("saves");
+    save_ply(&mesh, &path, &NoProgress).expect("saves");
     let bytes = std::fs::read(&path).expect("the saved file");
-    let again = ply::read(&path, &bytes, &Silent).expect("reads what was saved");
+    let again = ply::read(&path, &bytes, &NoProgress).expect("reads what was saved");
     assert_eq!(again.triangles(), mesh.triangles(), "saved triangles");
     assert_eq!(again.positions().len(), vertices, "saved vertices");
     let bits = |mesh: &Mesh, i: usize| mesh.positions().get(i).to_array().map(canonical_bits);

@@ -8,7 +8,7 @@ use std::path::Path;
 use std::sync::atomic::{AtomicIsize, Ordering::Relaxed};
 
 use halfline::mesh::Positions;
-use halfline::{Mesh, SingleHit, SingleRay};
+use halfline::{Mesh, HitF32, RayF32};
 use libloading::{Library, Symbol};
 
 use crate::transpose::{FAR, Rows, has_wide_registers, one_by_one, transpose};
@@ -289,7 +289,7 @@ impl Scene<'_> {
     }
 
     /// The closest hit of each ray.
-    pub fn intersect(&self, packets: Packets, rays: &[SingleRay], hits: &mut [SingleHit]) {
+    pub fn intersect(&self, packets: Packets, rays: &[RayF32], hits: &mut [HitF32]) {
         if packets == Packets::Single {
             let mut arguments = Arguments::new(packets);
             for (ray, hit) in rays.iter().zip(hits) {
@@ -312,7 +312,7 @@ impl Scene<'_> {
     }
 
     /// Whether each ray hits anything.
-    pub fn occluded(&self, packets: Packets, rays: &[SingleRay], hits: &mut [bool]) {
+    pub fn occluded(&self, packets: Packets, rays: &[RayF32], hits: &mut [bool]) {
         if packets == Packets::Single {
             let mut arguments = Arguments::new(packets);
             for (ray, hit) in rays.iter().zip(hits) {
@@ -333,7 +333,7 @@ impl Scene<'_> {
     fn in_packets(
         &self,
         packets: Packets,
-        rays: &[SingleRay],
+        rays: &[RayF32],
         cast: Cast16,
         mut take: impl FnMut(&RayHit16, usize, usize),
     ) {
@@ -364,7 +364,7 @@ impl Scene<'_> {
 struct Aligned([i32; 16]);
 
 #[inline(always)]
-fn single(ray: &SingleRay) -> RayHit {
+fn single(ray: &RayF32) -> RayHit {
     RayHit {
         origin: ray.origin,
         near: ray.t_min,

@@ -4,8 +4,8 @@ use std::hint::black_box;
 use std::path::Path;
 
 use halfline::mesh::generate::{self, Kind as Shape};
-use halfline::progress::Silent;
-use halfline::{Mesh, Ray, Scene, SingleHit, SingleRay};
+use halfline::progress::NoProgress;
+use halfline::{Mesh, Ray, Scene, HitF32, RayF32};
 use serde_json::{Value, json};
 
 use crate::clock::Clock;
@@ -89,25 +89,25 @@ fn load(source: &str) -> Result<Mesh, String> {
         Some((kind.parse::<Shape>().ok()?, triangles.parse::<usize>().ok()?))
     });
     match generated {
-        Some((kind, triangles)) => generate::generate(kind, triangles, 0, &Silent).map_err(told),
-        None => halfline::io::load(Path::new(source), &Silent).map_err(told),
+        Some((kind, triangles)) => generate::generate(kind, triangles, 0, &NoProgress).map_err(told),
+        None => halfline::io::load(Path::new(source), &NoProgress).map_err(told),
     }
 }
 
 /// Where answers go.
 struct Answers {
-    hits: Vec<SingleHit>,
+    hits: Vec<HitF32>,
     flags: Vec<bool>,
 }
 
 impl Answers {
     /// Places for so many, all of them written to.
     fn new(count: usize) -> Answers {
-        let nothing = SingleHit { t: 0.0, face: 0 };
+        let nothing = HitF32 { t: 0.0, face: 0 };
         Answers { hits: vec![nothing; count], flags: vec![true; count] }
     }
 
-    fn ask(&mut self, way: &Way, rays: &[SingleRay], is_any: bool) {
+    fn ask(&mut self, way: &Way, rays: &[RayF32], is_any: bool) {
         if is_any {
             (way.occluded)(rays, black_box(&mut self.flags));
         } else {
@@ -122,7 +122,7 @@ impl Answers {
         } else {
             // Two misses have the same face; the distance of a miss to anything is no number, or
             // infinite.
-            let is_same = |a: &SingleHit, b: &SingleHit| {
+            let is_same = |a: &HitF32, b: &HitF32| {
                 a.face == b.face || (a.t - b.t).abs() <= SAME_PLACE * b.t.min(a.t)
             };
             self.hits.iter().zip(&other.hits).filter(|(a, b)| is_same(a, b)).count()
@@ -135,7 +135,7 @@ fn cell(kind: &Rays, scene: &Scene, ways: &[Way], clock: Clock, plan: &Plan) -> 
     let (rays, is_any) = (&kind.rays, kind.is_any);
 
     // Try each way, compare its answers with halfline's, and leave out what is hopeless.
-    let trial: Vec<SingleRay> =
+    let trial: Vec<RayF32> =
         rays.chunks(TRIAL_BLOCK).step_by(TRIAL_STEP).flatten().copied().collect();
     let mut ours = Answers::new(trial.len());
     let (mut trials, mut agreements) = (Vec::new(), Vec::new());
@@ -187,7 +187,7 @@ fn cell(kind: &Rays, scene: &Scene, ways: &[Way], clock: Clock, plan: &Plan) -> 
 }
 
 /// What a ray costs whatever the machine.
-fn work(scene: &Scene, rays: &[SingleRay], is_any: bool) -> Value {
+fn work(scene: &Scene, rays: &[RayF32], is_any: bool) -> Value {
     let counts = scene.count_work(rays, is_any);
     let per_ray = |count: u64| count as f64 / counts.rays.max(1) as f64;
     json!({

@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 use glam::{Vec3A, vec3a};
-use halfline::{SingleHit, SingleRay};
+use halfline::{HitF32, RayF32};
 use obvhs::BvhBuildParams;
 use obvhs::bvh2::Bvh2;
 use obvhs::bvh2::builder::build_bvh2_from_tris;
@@ -30,7 +30,7 @@ pub enum Tree {
     Wide,
 }
 
-fn ray(ray: &SingleRay) -> Ray {
+fn ray(ray: &RayF32) -> Ray {
     Ray::new(Vec3A::from(ray.origin), Vec3A::from(ray.direction), ray.t_min, ray.t_max)
 }
 
@@ -56,7 +56,7 @@ impl Obvhs {
     }
 
     /// The closest hit of each ray.
-    pub fn intersect(&self, tree: Tree, rays: &[SingleRay], hits: &mut [SingleHit]) {
+    pub fn intersect(&self, tree: Tree, rays: &[RayF32], hits: &mut [HitF32]) {
         for (given, hit) in rays.iter().zip(hits) {
             let mut found = RayHit::none();
             match tree {
@@ -75,7 +75,7 @@ impl Obvhs {
     }
 
     /// Whether each ray hits anything.
-    pub fn occluded(&self, tree: Tree, rays: &[SingleRay], flags: &mut [bool]) {
+    pub fn occluded(&self, tree: Tree, rays: &[RayF32], flags: &mut [bool]) {
         for (given, flag) in rays.iter().zip(flags) {
             *flag = match tree {
                 Tree::Binary => {
@@ -91,9 +91,9 @@ impl Obvhs {
     }
 }
 
-fn answer(is_hit: bool, found: &RayHit, indices: &[u32]) -> SingleHit {
+fn answer(is_hit: bool, found: &RayHit, indices: &[u32]) -> HitF32 {
     if !is_hit {
-        return SingleHit::MISS;
+        return HitF32::MISS;
     }
-    SingleHit { t: found.t, face: indices[found.primitive_id as usize] }
+    HitF32 { t: found.t, face: indices[found.primitive_id as usize] }
 }

@@ -1,6 +1,6 @@
 //! The rays: what a renderer or a measurement would send.
 
-use halfline::{Ray, Scene, SingleRay, Vec3};
+use halfline::{Ray, Scene, RayF32, Vec3};
 
 /// Pixels along a side of a tile of the picture.
 const TILE: usize = 8;
@@ -8,7 +8,7 @@ const TILE: usize = 8;
 /// Rays of one kind.
 pub struct Rays {
     pub name: &'static str,
-    pub rays: Vec<SingleRay>,
+    pub rays: Vec<RayF32>,
     /// Whether any hit is asked for, or the closest.
     pub is_any: bool,
 }
@@ -38,8 +38,8 @@ fn single(v: Vec3) -> [f32; 3] {
     v.to_array().map(|x| x as f32)
 }
 
-fn ray(origin: Vec3, direction: Vec3, t_max: f64) -> SingleRay {
-    SingleRay {
+fn ray(origin: Vec3, direction: Vec3, t_max: f64) -> RayF32 {
+    RayF32 {
         origin: single(origin),
         t_min: 0.0,
         direction: single(direction),
@@ -118,7 +118,7 @@ pub fn for_scene(scene: &Scene, is_room: bool, most: usize) -> Vec<Rays> {
         ("shuffled", shuffled, false),
         ("random", chords, false),
     ];
-    let cut = |mut rays: Vec<SingleRay>| {
+    let cut = |mut rays: Vec<RayF32>| {
         rays.truncate(most);
         rays
     };

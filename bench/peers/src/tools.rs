@@ -1,7 +1,7 @@
 //! The tools, each with its tree, and all ways to ask them.
 
-use halfline::progress::Silent;
-use halfline::{Mesh, Scene, SingleHit, SingleRay};
+use halfline::progress::NoProgress;
+use halfline::{Mesh, Scene, HitF32, RayF32};
 use rayon::prelude::*;
 use serde_json::{Value, json};
 
@@ -64,7 +64,7 @@ impl Built<'_> {
 /// halfline's scene.
 pub fn halfline<'a>(mesh: Mesh, clock: Clock) -> Result<Built<'a>, String> {
     let (peak, (seconds, scene)) =
-        peak_of(|| clock.time(|| Scene::build(mesh, &Silent).map_err(|e| e.to_string())));
+        peak_of(|| clock.time(|| Scene::build(mesh, &NoProgress).map_err(|e| e.to_string())));
     let scene = scene?;
     Ok(Built {
         name: "halfline".into(),
@@ -135,19 +135,19 @@ impl Kind {
 }
 
 /// Casts rays, each with a place for its answer.
-type Casts<'a, Answer> = Box<dyn Fn(&[SingleRay], &mut [Answer]) + Sync + 'a>;
+type Casts<'a, Answer> = Box<dyn Fn(&[RayF32], &mut [Answer]) + Sync + 'a>;
 
 /// One way to ask a tool.
 pub struct Way<'a> {
     pub name: String,
     pub kind: Kind,
-    pub intersect: Casts<'a, SingleHit>,
+    pub intersect: Casts<'a, HitF32>,
     pub occluded: Casts<'a, bool>,
 }
 
 /// Casts part by part, on as many threads as there are.
 fn in_parts<'a, Answer: Send + 'a>(
-    cast: impl Fn(&[SingleRay], &mut [Answer]) + Sync + 'a,
+    cast: impl Fn(&[RayF32], &mut [Answer]) + Sync + 'a,
 ) -> Casts<'a, Answer> {
     Box::new(move |rays, answers| {
         let parts = rays.par_chunks(PART).zip(answers.par_chunks_mut(PART));
@@ -161,7 +161,7 @@ pub fn ways<'a>(tool: &'a Tool) -> Vec<Way<'a>> {
         Tool::Halfline(scene) => vec![Way {
             name: "halfline".into(),
             kind: Kind::Halfline,
-            intersect: Box::new(|rays, hits| scene.intersect_single_into(rays, hits)),
+            intersect: Box::new(|rays, hits| scene.intersect_f32_into(rays, hits)),
             occluded: Box::new(|rays, flags| scene.occluded_into(rays, flags)),
         }],
         Tool::Embree { scene, quality, is_robust } => ALL_PACKETS

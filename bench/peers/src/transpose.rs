@@ -3,7 +3,7 @@
 //! Rows are stored whole. Embree reads them whole, and a row that was just written number by number
 //! would have to reach the cache before it could be read.
 
-use halfline::SingleRay;
+use halfline::RayF32;
 
 /// Origin, `t_min`, direction, time, `t_max`, for sixteen rays. Time is left as it is.
 pub type Rows = [[f32; 16]; 9];
@@ -12,7 +12,7 @@ pub const FAR: usize = 8;
 
 /// Turns rays into rows. `is_wide` is [`has_wide_registers`], asked once.
 #[inline(always)]
-pub fn transpose(rays: &[SingleRay; 16], rows: &mut Rows, is_wide: bool) {
+pub fn transpose(rays: &[RayF32; 16], rows: &mut Rows, is_wide: bool) {
     #[cfg(target_arch = "x86_64")]
     if is_wide {
         // SAFETY: the machine has AVX-512, as the caller found.
@@ -34,7 +34,7 @@ pub fn has_wide_registers() -> bool {
 }
 
 /// The same on any machine, and for fewer rays than sixteen.
-pub fn one_by_one(rays: &[SingleRay], rows: &mut Rows) {
+pub fn one_by_one(rays: &[RayF32], rows: &mut Rows) {
     for (lane, ray) in rays.iter().enumerate() {
         for axis in 0..3 {
             rows[axis][lane] = ray.origin[axis];
@@ -49,10 +49,10 @@ pub fn one_by_one(rays: &[SingleRay], rows: &mut Rows) {
 /// and ray i + 8 in its upper.
 #[cfg(target_arch = "x86_64")]
 #[target_feature(enable = "avx512f,avx512dq")]
-fn in_registers(rays: &[SingleRay; 16], rows: &mut Rows) {
+fn in_registers(rays: &[RayF32; 16], rows: &mut Rows) {
     use std::arch::x86_64::*;
 
-    const { assert!(size_of::<SingleRay>() == 32) };
+    const { assert!(size_of::<RayF32>() == 32) };
     let start: *const f32 = rays.as_ptr().cast();
     let load = |i: usize| {
         // SAFETY: a ray is eight numbers, in the order of its fields, and there are sixteen.

@@ -7,7 +7,7 @@ use halfline::Mesh;
 use halfline::error::Error;
 use halfline::geometry::Vec3;
 use halfline::mesh::generate::{Kind, generate};
-use halfline::progress::{Observer, Silent, Stage};
+use halfline::progress::{NoProgress, Observer, Stage};
 use halfline_lecture::study::{
     self, Budget, Engine, Family, Quantity, Refusal, Settings, Study, sampled, study, subdivided,
 };
@@ -30,7 +30,7 @@ fn tiny(kinds: &[Kind], sizes: &[usize]) -> Settings {
 }
 
 fn made(settings: &Settings) -> Study {
-    study(settings, &Silent).unwrap()
+    study(settings, &NoProgress).unwrap()
 }
 
 /// The rows of study.csv, each with its columns' names.
@@ -177,7 +177,7 @@ fn the_three_tasks_make_up_the_picture() {
 
 #[test]
 fn a_mesh_of_ones_own_is_studied_coarser_and_finer() {
-    let mesh = Arc::new(generate(Kind::Scan, 2000, 0, &Silent).unwrap());
+    let mesh = Arc::new(generate(Kind::Scan, 2000, 0, &NoProgress).unwrap());
     let family = Family::Own { name: "my scan.ply".into(), mesh };
     assert_eq!(family.sizes(&[100, 1000, 10_000, 40_000]), [100, 1000, 2000, 8000, 32_000]);
     assert_eq!(family.sizes(&[100, 1000]), [100, 1000, 2000]);
@@ -197,7 +197,7 @@ fn a_mesh_without_anything_to_hit_is_refused_by_name() {
     let mesh =
         Arc::new(Mesh::new(halfline::mesh::Positions::F32(Vec::new().into()), vec![]).unwrap());
     let families = vec![Family::Own { name: "empty.ply".into(), mesh }];
-    let error = study(&Settings { families, ..tiny(&[], &[100]) }, &Silent).unwrap_err();
+    let error = study(&Settings { families, ..tiny(&[], &[100]) }, &NoProgress).unwrap_err();
     assert_eq!(error.to_string(), "empty.ply: no triangle that a ray could hit");
 }
 
@@ -211,8 +211,8 @@ fn triangles(mesh: &Mesh) -> (Vec<[[f64; 3]; 3]>, f64) {
 
 #[test]
 fn subdivision_keeps_the_surface() {
-    let mesh = generate(Kind::Scan, 1000, 0, &Silent).unwrap();
-    let finer = subdivided(&mesh, &Silent).unwrap();
+    let mesh = generate(Kind::Scan, 1000, 0, &NoProgress).unwrap();
+    let finer = subdivided(&mesh, &NoProgress).unwrap();
     let ((old, area), (new, new_area)) = (triangles(&mesh), triangles(&finer));
     assert_eq!(new.len(), 4 * old.len());
     // Middles are rounded to single precision, 2^-24 of coordinates up to 1.
@@ -235,10 +235,10 @@ fn subdivision_keeps_the_surface() {
 
 #[test]
 fn a_sample_is_some_of_the_faces() {
-    let mesh = generate(Kind::Scan, 1000, 0, &Silent).unwrap();
+    let mesh = generate(Kind::Scan, 1000, 0, &NoProgress).unwrap();
     let (all, _) = triangles(&mesh);
     for count in [1, 10, 500, 999, 1000] {
-        let sample = sampled(&mesh, count, &Silent).unwrap();
+        let sample = sampled(&mesh, count, &NoProgress).unwrap();
         let (some, _) = triangles(&sample);
         assert_eq!(some.len(), count);
         let mut rest = all.iter();
@@ -248,7 +248,7 @@ fn a_sample_is_some_of_the_faces() {
         assert!(used.iter().all(|&used| used), "{count}: a vertex is not used");
     }
     // Drawn from all over the mesh.
-    let (some, _) = triangles(&sampled(&mesh, 100, &Silent).unwrap());
+    let (some, _) = triangles(&sampled(&mesh, 100, &NoProgress).unwrap());
     let places: Vec<usize> =
         some.iter().map(|t| all.iter().position(|other| other == t).unwrap()).collect();
     for quarter in 0..4 {

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use halfline::build::{BuildParameters, Preset};
+use halfline::builder::{BuildParameters, Preset};
 use halfline::scene::{HitColumns, RayColumns};
 use halfline::tree::Verify;
 use numpy::PyArray1;
@@ -126,8 +126,8 @@ impl Scene {
         let tree = PyDict::new(py);
         tree.set_item("depth", statistics.depth)?;
         tree.set_item("nodes", statistics.nodes)?;
-        tree.set_item("plane_nodes", statistics.plane_nodes)?;
-        tree.set_item("group_nodes", statistics.group_nodes)?;
+        tree.set_item("spatial_splits", statistics.spatial_splits)?;
+        tree.set_item("object_splits", statistics.object_splits)?;
         tree.set_item("leaves", statistics.leaves)?;
         tree.set_item("empty_leaves", statistics.empty_leaves)?;
         tree.set_item("leaves_by_size", statistics.leaves_by_size)?;

@@ -33,7 +33,7 @@ mod tests {
     use halfline::geometry::{Hit, Ray};
     use halfline::mesh::Material;
     use halfline::mesh::generate::{Kind, generate};
-    use halfline::progress::Silent;
+    use halfline::progress::NoProgress;
 
     /// Answers by brute force.
     struct Judge<'a>(&'a halfline::Mesh);
@@ -50,7 +50,7 @@ mod tests {
 
     #[test]
     fn a_judge_draws_the_same_picture() {
-        let scene = Scene::new(generate(Kind::Scan, 1000, 0, &Silent).unwrap()).unwrap();
+        let scene = Scene::new(generate(Kind::Scan, 1000, 0, &NoProgress).unwrap()).unwrap();
         for shading in [Shading::Clay, Shading::Whitted] {
             let settings =
                 RenderSettings { width: 24, height: 16, shading, ..RenderSettings::default() };
@@ -60,8 +60,9 @@ mod tests {
                 picture.statistics.trace_seconds = 0.0;
                 picture
             };
-            let usual = drawn(plan.trace_rows(0..16, &Silent).unwrap());
-            let judged = drawn(plan.trace_rows_by(&Judge(scene.mesh()), 0..16, &Silent).unwrap());
+            let usual = drawn(plan.trace_rows(0..16, &NoProgress).unwrap());
+            let judged =
+                drawn(plan.trace_rows_by(&Judge(scene.mesh()), 0..16, &NoProgress).unwrap());
             assert!(usual == judged, "{}", shading.name());
         }
     }
@@ -77,9 +78,10 @@ mod tests {
                 vec![false; rays.len()]
             }
         }
-        let scene = Scene::new(generate(Kind::Scan, 1000, 0, &Silent).unwrap()).unwrap();
+        let scene = Scene::new(generate(Kind::Scan, 1000, 0, &NoProgress).unwrap()).unwrap();
         let settings = RenderSettings { width: 24, height: 16, ..RenderSettings::default() };
-        let rows = Plan::new(&scene, &settings).unwrap().trace_rows_by(&Nothing, 0..16, &Silent);
+        let rows =
+            Plan::new(&scene, &settings).unwrap().trace_rows_by(&Nothing, 0..16, &NoProgress);
         let picture = assemble(&settings, [rows.unwrap()]).unwrap();
         assert!(picture.face.iter().all(|&face| face == halfline::geometry::NO_FACE));
     }
@@ -87,7 +89,7 @@ mod tests {
     /// Every tile size cuts the picture, the samples and the waves of rays elsewhere.
     #[test]
     fn the_size_of_tiles_does_not_show() {
-        let scene = Scene::new(generate(Kind::Scan, 3000, 0, &Silent).unwrap()).unwrap();
+        let scene = Scene::new(generate(Kind::Scan, 3000, 0, &NoProgress).unwrap()).unwrap();
         let glass = Material { transmission: 1.0, roughness: 0.0, ..Material::default() };
         for shading in Shading::ALL {
             let material = (shading == Shading::Whitted).then_some(glass);
@@ -104,7 +106,7 @@ mod tests {
                 };
                 let drawn = |batch| {
                     let plan = Plan::new(&scene, &settings).unwrap().with_batch(batch);
-                    let rows = plan.trace_rows(0..settings.height, &Silent).unwrap();
+                    let rows = plan.trace_rows(0..settings.height, &NoProgress).unwrap();
                     let mut picture = assemble(&settings, [rows]).unwrap();
                     picture.statistics.trace_seconds = 0.0;
                     picture

@@ -18,7 +18,7 @@ use std::path::{Path, PathBuf};
 use halfline::Scene;
 use halfline::geometry::vec3;
 use halfline::mesh::Material;
-use halfline::progress::Silent;
+use halfline::progress::NoProgress;
 use halfline_render::{
     Background, Ground, GroundSurface, Light, Projection, RenderSettings, Shading, Up, render,
 };
@@ -161,7 +161,7 @@ fn own_camera() {
 
 /// Compares, or with HALFLINE_BLESS renews.
 fn check(name: &str, scene: &Scene, settings: &RenderSettings) {
-    let picture = render(scene, settings, &Silent).unwrap();
+    let picture = render(scene, settings, &NoProgress).unwrap();
     let golden = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/golden").join(name);
     let golden = golden.with_extension("png");
     if std::env::var_os("HALFLINE_BLESS").is_some() {

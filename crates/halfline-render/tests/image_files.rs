@@ -6,7 +6,7 @@ use std::io::{self, Cursor, Write};
 
 use exr::prelude::{FlatSamples, ReadChannels, ReadLayers, read};
 use halfline::geometry::NO_FACE;
-use halfline::progress::Silent;
+use halfline::progress::NoProgress;
 use halfline_render::{Background, RenderSettings, Rendering, Shading, render};
 use support::{Builder, matte};
 
@@ -20,7 +20,7 @@ fn picture(shading: Shading, background: Background) -> Rendering {
         background,
         ..RenderSettings::default()
     };
-    render(&scene, &settings, &Silent).unwrap()
+    render(&scene, &settings, &NoProgress).unwrap()
 }
 
 fn decode(bytes: &[u8]) -> (png::ColorType, Vec<u8>) {

@@ -7,7 +7,7 @@ use std::time::{Duration, Instant};
 
 use halfline::geometry::{NO_FACE, vec3};
 use halfline::mesh::Positions;
-use halfline::progress::{Observer, Silent, Stage};
+use halfline::progress::{NoProgress, Observer, Stage};
 use halfline::simd::Level;
 use halfline::{Error, Mesh, Ray, Scene};
 use halfline_render::{
@@ -25,7 +25,7 @@ fn settings(shading: Shading) -> RenderSettings {
 }
 
 fn draw(scene: &Scene, settings: &RenderSettings) -> Rendering {
-    render(scene, settings, &Silent).unwrap()
+    render(scene, settings, &NoProgress).unwrap()
 }
 
 fn pixel(picture: &Rendering, x: u32, y: u32) -> [f32; 4] {
@@ -391,7 +391,7 @@ fn settings_without_sense_are_named() {
     let complaint = |change: &dyn Fn(&mut RenderSettings)| {
         let mut settings = settings(Shading::Whitted);
         change(&mut settings);
-        match render(&scene, &settings, &Silent) {
+        match render(&scene, &settings, &NoProgress) {
             Err(Error::Invalid { what, reason }) => {
                 assert!(!reason.is_empty() && !reason.contains('\n'));
                 what
@@ -460,7 +460,7 @@ fn coordinates_too_large_to_be_drawn_are_refused() {
         vec![[0, 1, 2]],
     );
     let scene = Scene::new(mesh.unwrap()).unwrap();
-    let answer = render(&scene, &settings(Shading::Clay), &Silent);
+    let answer = render(&scene, &settings(Shading::Clay), &NoProgress);
     assert!(matches!(answer, Err(Error::Invalid { what, .. }) if what == "mesh"));
 }
 

@@ -5,7 +5,7 @@ mod support;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 
-use halfline::progress::{Observer, Silent, Stage};
+use halfline::progress::{NoProgress, Observer, Stage};
 use halfline::{Error, Scene};
 use halfline_render::{Ground, Plan, RenderSettings, Rendering, Rows, Shading, assemble, render};
 use support::{Builder, GLASS, MIRROR, matte};
@@ -36,7 +36,7 @@ fn bands(plan: &Plan<&Scene>, rows: u32) -> Vec<Rows> {
     let height = plan.settings().height;
     let mut bands: Vec<Rows> = (0..height)
         .step_by(rows as usize)
-        .map(|first| plan.trace_rows(first..(first + rows).min(height), &Silent).unwrap())
+        .map(|first| plan.trace_rows(first..(first + rows).min(height), &NoProgress).unwrap())
         .collect();
     let count = bands.len();
     for i in 0..count {
@@ -62,7 +62,7 @@ fn parts_make_the_same_bits_as_the_whole() {
     let scene = scene();
     for shading in Shading::ALL {
         let settings = settings(shading);
-        let whole = timeless(render(&scene, &settings, &Silent));
+        let whole = timeless(render(&scene, &settings, &NoProgress));
         let plan = Plan::new(&scene, &settings).unwrap();
         for rows in [1, 7, 8, 13, 35] {
             let parts = bands(&plan, rows);
@@ -82,7 +82,7 @@ fn a_picture_of_a_single_pixel_and_one_of_nothing_have_rows_too() {
     for (scene, width, height) in [(&scene(), 1, 1), (&scene(), 1, 9), (&nothing, 9, 5)] {
         for shading in Shading::ALL {
             let settings = RenderSettings { width, height, ..settings(shading) };
-            let whole = timeless(render(scene, &settings, &Silent));
+            let whole = timeless(render(scene, &settings, &NoProgress));
             let plan = Plan::new(scene, &settings).unwrap();
             let parts = bands(&plan, 2);
             let picture = timeless(assemble(&settings, parts.iter().map(through_bytes)));
@@ -96,7 +96,7 @@ fn a_picture_of_a_single_pixel_and_one_of_nothing_have_rows_too() {
 fn the_same_rows_again_are_the_same() {
     let plan = Plan::new(Arc::new(scene()), &settings(Shading::Whitted)).unwrap();
     let trace = || {
-        let mut rows = plan.trace_rows(9..22, &Silent).unwrap().to_bytes();
+        let mut rows = plan.trace_rows(9..22, &NoProgress).unwrap().to_bytes();
         rows[88..96].fill(0); // The seconds.
         rows.truncate(rows.len() - 8);
         rows
@@ -110,7 +110,7 @@ fn the_same_rows_again_are_the_same() {
 fn rows_tell_which_they_are_and_what_they_cost() {
     let scene = scene();
     let plan = Plan::new(&scene, &settings(Shading::Normal)).unwrap();
-    let rows = through_bytes(&plan.trace_rows(9..22, &Silent).unwrap());
+    let rows = through_bytes(&plan.trace_rows(9..22, &NoProgress).unwrap());
     assert_eq!(rows.range(), 9..22);
     assert_eq!(rows.picture_size(), (41, 35));
     // Three samples and the middle of each pixel.
@@ -134,9 +134,9 @@ fn refused<T: std::fmt::Debug>(result: Result<T, Error>, reason: &str) {
 fn rows_that_make_no_picture_are_refused() {
     let (scene, settings) = (scene(), settings(Shading::Face));
     let plan = Plan::new(&scene, &settings).unwrap();
-    let rows = |range| plan.trace_rows(range, &Silent).unwrap();
+    let rows = |range| plan.trace_rows(range, &NoProgress).unwrap();
     let of = |settings: &RenderSettings, range| {
-        Plan::new(&scene, settings).unwrap().trace_rows(range, &Silent).unwrap()
+        Plan::new(&scene, settings).unwrap().trace_rows(range, &NoProgress).unwrap()
     };
     refused(assemble(&settings, []), "rows 0 to 34: missing");
     refused(assemble(&settings, [rows(0..8), rows(9..35)]), "row 8: missing");
@@ -162,7 +162,7 @@ fn rows_that_make_no_picture_are_refused() {
         refused(assemble(&settings, [rows(0..10), of(&other, 10..35)]), reason);
     }
     let other = Builder::default().icosphere([0.0; 3], 1.0, 1, GLASS).scene();
-    let other = Plan::new(&other, &settings).unwrap().trace_rows(10..35, &Silent).unwrap();
+    let other = Plan::new(&other, &settings).unwrap().trace_rows(10..35, &NoProgress).unwrap();
     let reason = "rows 10 to 34: traced of another scene than those before";
     refused(assemble(&settings, [rows(0..10), other]), reason);
 }
@@ -175,7 +175,7 @@ fn rows_beyond_the_picture_cannot_be_traced() {
     let none = 7..7;
     let backwards = std::ops::Range { start: 9, end: 3 };
     for range in [beyond, none, backwards, 0..u32::MAX] {
-        refused(plan.trace_rows(range, &Silent), "is no part of 0..35");
+        refused(plan.trace_rows(range, &NoProgress), "is no part of 0..35");
     }
 }
 
@@ -184,7 +184,7 @@ fn bytes_that_are_no_rows_are_refused() {
     let scene = scene();
     let settings = settings(Shading::Steps);
     let plan = Plan::new(&scene, &settings).unwrap();
-    let bytes = plan.trace_rows(4..7, &Silent).unwrap().to_bytes();
+    let bytes = plan.trace_rows(4..7, &NoProgress).unwrap().to_bytes();
     assert_eq!(bytes.len(), 96 + 3 * 41 * 44 + 8);
 
     refused(Rows::from_bytes(b""), "do not begin as rows");

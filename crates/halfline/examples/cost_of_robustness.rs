@@ -9,7 +9,7 @@
 use std::path::Path;
 use std::time::Instant;
 
-use halfline::progress::Silent;
+use halfline::progress::NoProgress;
 use halfline::{Hit, Ray, Scene, Vec3};
 
 const RAYS: usize = 400_000;
@@ -33,7 +33,7 @@ fn main() -> halfline::error::Result<()> {
         return Ok(());
     };
     let rounds = arguments.get(1).and_then(|n| n.parse().ok()).unwrap_or(15);
-    let scene = Scene::new(halfline::io::load(Path::new(file), &Silent)?)?;
+    let scene = Scene::new(halfline::io::load(Path::new(file), &NoProgress)?)?;
 
     let mut state = 1u64;
     let mut random = || {

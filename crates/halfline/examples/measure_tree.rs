@@ -1,33 +1,33 @@
 //! Loads a mesh, builds its tree and casts rays at it: prints times, sizes and counts.
 //!
-//! `cargo run --release --example measure_tree -- FILE [last_cell_triangles [spare_references]]`
+//! `cargo run --release --example measure_tree -- FILE [spatial_split_min_triangles [duplication_budget]]`
 
 use std::path::Path;
 use std::time::Instant;
 
-use halfline::build::BuildParameters;
-use halfline::progress::Silent;
+use halfline::builder::BuildParameters;
+use halfline::progress::NoProgress;
 use halfline::scene::RayCounters;
 use halfline::{Ray, Scene, Vec3};
 
 fn main() -> halfline::error::Result<()> {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
     let Some(file) = arguments.first() else {
-        println!("usage: measure_tree FILE [last_cell_triangles [spare_references]]");
+        println!("usage: measure_tree FILE [spatial_split_min_triangles [duplication_budget]]");
         return Ok(());
     };
     let mut parameters = BuildParameters::default();
     if let Some(number) = arguments.get(1).and_then(|n| n.parse().ok()) {
-        parameters.last_cell_triangles = number;
+        parameters.spatial_split_min_triangles = number;
     }
     if let Some(number) = arguments.get(2).and_then(|n| n.parse().ok()) {
-        parameters.spare_references = number;
+        parameters.duplication_budget = number;
     }
 
     let start = Instant::now();
-    let mesh = halfline::io::load(Path::new(file), &Silent)?;
+    let mesh = halfline::io::load(Path::new(file), &NoProgress)?;
     println!("load   {:.3} s, {} triangles", start.elapsed().as_secs_f64(), mesh.triangle_count());
-    let scene = Scene::build_with(mesh, &parameters, &Silent)?;
+    let scene = Scene::build_with(mesh, &parameters, &NoProgress)?;
     println!("build  {:.3} s", scene.build_time().as_secs_f64());
     let statistics = scene.tree_statistics();
     println!("{statistics:#.2?}");

@@ -7,7 +7,7 @@ use std::time::Instant;
 use halfline::Mesh;
 use halfline::io::{load, save_ply};
 use halfline::mesh::Positions;
-use halfline::progress::Silent;
+use halfline::progress::NoProgress;
 
 /// Loads of the same file; the first may have to wait for the disk.
 const LOADS: usize = 5;
@@ -41,7 +41,7 @@ fn read(path: &Path) -> halfline::error::Result<()> {
         std::fs::metadata(path).map_err(|e| halfline::Error::io(path, e))?.len() as f64 / 1e6;
     for _ in 0..LOADS {
         let start = Instant::now();
-        let mesh = load(path, &Silent)?;
+        let mesh = load(path, &NoProgress)?;
         let seconds = start.elapsed().as_secs_f64();
         println!(
             "{} vertices, {} triangles in {seconds:.4} s: {:.0} MB/s",
@@ -70,7 +70,7 @@ fn make(triangles: usize, path: &Path) -> halfline::error::Result<()> {
     });
     let mesh = Mesh::new(Positions::F32(positions.collect()), faces.collect())?;
     let start = Instant::now();
-    save_ply(&mesh, path, &Silent)?;
+    save_ply(&mesh, path, &NoProgress)?;
     println!(
         "{} triangles written in {:.3} s",
         mesh.triangle_count(),

@@ -12,7 +12,7 @@ use std::process::ExitCode;
 use std::time::Instant;
 
 use halfline::numeric::PreparedRay;
-use halfline::progress::Silent;
+use halfline::progress::NoProgress;
 use halfline::{Aabb, Error, Hit, Ray, Scene, Vec3};
 
 /// Rays from each point: half of them cosine-distributed, half grazing.
@@ -46,7 +46,7 @@ fn run() -> halfline::error::Result<usize> {
             std::process::exit(2);
         }
     };
-    let scene = Scene::new(halfline::io::load(Path::new(file), &Silent)?)?;
+    let scene = Scene::new(halfline::io::load(Path::new(file), &NoProgress)?)?;
     println!("{file}: {} triangles", scene.mesh().triangle_count());
     let counts = count(&scene, wanted)?;
     println!("secondary rays                     {:>12}", counts.rays);

@@ -6,12 +6,12 @@ use std::path::Path;
 use std::time::Instant;
 
 use halfline::geometry::vec3;
-use halfline::progress::Silent;
+use halfline::progress::NoProgress;
 use halfline::tree::Verify;
-use halfline::{Ray, Scene, SingleRay, Vec3};
+use halfline::{Ray, RayF32, Scene, Vec3};
 
 /// Rays from outside of the scene's box to random places in it.
-fn random_rays(scene: &Scene, count: usize) -> Vec<SingleRay> {
+fn random_rays(scene: &Scene, count: usize) -> Vec<RayF32> {
     let bounds = scene.mesh().bounds();
     let mut state = 1_u64;
     let mut unit = || {
@@ -28,7 +28,7 @@ fn random_rays(scene: &Scene, count: usize) -> Vec<SingleRay> {
     let ray = |_| {
         let (origin, target) = (point(3.0), point(1.0));
         let direction = single(target - origin);
-        SingleRay { origin: single(origin), t_min: 0.0, direction, t_max: f32::INFINITY }
+        RayF32 { origin: single(origin), t_min: 0.0, direction, t_max: f32::INFINITY }
     };
     (0..count).map(ray).collect()
 }
@@ -41,13 +41,13 @@ fn main() -> Result<(), halfline::Error> {
     };
 
     let start = Instant::now();
-    let mesh = halfline::io::load(Path::new(&path), &Silent)?;
+    let mesh = halfline::io::load(Path::new(&path), &NoProgress)?;
     timed("load the mesh", start);
     let start = Instant::now();
     let scene = Scene::new(mesh)?;
     timed("build", start);
     let start = Instant::now();
-    scene.save(&tree, &Silent)?;
+    scene.save(&tree, &NoProgress)?;
     timed("save", start);
 
     let rays = random_rays(&scene, 2_000_000);
@@ -59,19 +59,19 @@ fn main() -> Result<(), halfline::Error> {
     ] {
         for _ in 0..3 {
             let start = Instant::now();
-            let opened = Scene::open(&tree, verify, &Silent)?;
+            let opened = Scene::open(&tree, verify, &NoProgress)?;
             timed(name, start);
             opened.closest(&first);
             timed("   and the first hit", start);
         }
     }
 
-    let opened = Scene::open(&tree, Verify::IfTouched, &Silent)?;
-    assert_eq!(opened.intersect_single(&rays), scene.intersect_single(&rays));
+    let opened = Scene::open(&tree, Verify::IfTouched, &NoProgress)?;
+    assert_eq!(opened.intersect_f32(&rays), scene.intersect_f32(&rays));
     for _ in 0..5 {
         for (name, scene) in [("in memory", &scene), ("from the file", &opened)] {
             let start = Instant::now();
-            scene.intersect_single(&rays);
+            scene.intersect_f32(&rays);
             let rate = rays.len() as f64 / start.elapsed().as_secs_f64() * 1e-6;
             println!("{name:32} {rate:10.3} M rays/s");
         }

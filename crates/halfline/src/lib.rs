@@ -46,17 +46,20 @@
 //! Long work reports to a [`progress::Observer`], which may end it. All errors are [`Error`]s,
 //! whose one line names the file or argument, the place and the reason.
 
+mod batch;
 pub mod brute_force;
-pub mod build;
+pub mod builder;
 pub mod error;
 pub mod explain;
 pub mod geometry;
+mod intersect;
 pub mod io;
 pub mod leaks;
 pub mod map;
 pub mod mesh;
 pub mod numeric;
 pub mod progress;
+mod rays;
 pub mod scene;
 pub mod simd;
 pub mod textbook;
@@ -65,6 +68,6 @@ mod traverse;
 pub mod tree;
 
 pub use error::Error;
-pub use geometry::{Aabb, Hit, Ray, SingleHit, SingleRay, Vec3};
+pub use geometry::{Aabb, Hit, HitF32, Ray, RayF32, Vec3};
 pub use mesh::Mesh;
 pub use scene::Scene;

@@ -40,9 +40,9 @@ pub trait Observer: Sync {
 
 /// Hears nothing and never stops the work.
 #[derive(Clone, Copy, Debug, Default)]
-pub struct Silent;
+pub struct NoProgress;
 
-impl Observer for Silent {}
+impl Observer for NoProgress {}
 
 /// How far one stage is, when several threads work on it.
 pub struct SharedProgress<'a> {

@@ -6,26 +6,27 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::{Duration, Instant};
 
-use crate::build::{self, BuildParameters, Preset};
+use crate::batch;
+pub use crate::batch::{AllHitColumns, AllHits, BatchRay, WorkCounts};
+use crate::builder::{self, BuildParameters, Preset};
 use crate::error::Result;
-use crate::geometry::{Hit, Ray, SingleHit, SingleRay};
+use crate::geometry::{Hit, HitF32, Ray, RayF32};
 use crate::mesh::Mesh;
 use crate::numeric::SurfacePoint;
-use crate::progress::{Observer, Silent};
+use crate::progress::{NoProgress, Observer};
+pub use crate::rays::{Column, RayColumns, Scalars, Vectors};
 use crate::simd::Level;
-use crate::traverse;
-#[cfg(feature = "variants")]
-pub use crate::traverse::PlainCaster;
-pub use crate::traverse::columns::{
-    AllHitColumns, Column, HitColumns, RayColumns, Scalars, Vectors,
-};
-pub use crate::traverse::{AllHits, BatchRay, Caster, LeafVerdict, RayCounters, Visit, WorkCounts};
+use crate::traverse::{self, Target};
+pub use crate::traverse::{Caster, HitColumns, LeafVerdict, RayCounters, Visit};
 use crate::tree::file as tree_file;
-use crate::tree::{KdTree, LeafBlock, TreeFile, TreeStatistics, Verify};
+use crate::tree::{LeafBlock, Tree, TreeFile, TreeStatistics, Verify};
 
-/// A mesh and the kd-tree over it.
+/// A mesh and the tree over it, ready for rays.
 ///
-/// All questions may be asked from many threads at once. What counts as a hit is defined in
+/// Batches of rays are asked about by [`intersect`](Scene::intersect), [`occluded`](Scene::occluded),
+/// [`intersect_all`](Scene::intersect_all) and [`count_intersections`](Scene::count_intersections); one ray at a
+/// time by the methods of the same names of a [`Caster`]; and with progress, or into memory that is there, by
+/// those of [`Scene::observed`]. All may be asked from many threads at once. What counts as a hit is defined in
 /// [`numeric`](crate::numeric); a ray that is not [valid](Ray::is_valid) hits nothing.
 ///
 /// A scene may be [saved](Scene::save) to a file and [opened](Scene::open) from it. The file is mapped,
@@ -33,7 +34,7 @@ use crate::tree::{KdTree, LeafBlock, TreeFile, TreeStatistics, Verify};
 /// [`Error::Format`](crate::Error::Format) that names the file; those that return no `Result` panic.
 pub struct Scene {
     mesh: Arc<Mesh>,
-    tree: KdTree,
+    tree: Tree,
     parameters: BuildParameters,
     build_time: Duration,
     level: Level,
@@ -66,38 +67,18 @@ pub fn is_guarded() -> bool {
 }
 
 impl Scene {
-    /// Builds the tree over `mesh` with default parameters.
+    /// Builds the tree over a mesh with the preset [`Preset::Balanced`]. A mesh that others hold too is not copied.
     ///
     /// # Errors
-    /// [`Error::Invalid`](crate::Error::Invalid) for a mesh of more than 2^29 triangles.
-    pub fn new(mesh: Mesh) -> Result<Scene> {
-        Scene::build(mesh, &Silent)
+    /// As [`SceneBuilder::build`].
+    pub fn new(mesh: impl Into<Arc<Mesh>>) -> Result<Scene> {
+        Scene::builder(mesh).build()
     }
 
-    /// The same, reporting [`Stage::Build`](crate::progress::Stage::Build) to `observer`.
-    ///
-    /// # Errors
-    /// As [`Scene::new`], and [`Error::Interrupted`](crate::Error::Interrupted).
-    pub fn build(mesh: Mesh, observer: &dyn Observer) -> Result<Scene> {
-        Scene::build_with(mesh, &BuildParameters::default(), observer)
-    }
-
-    /// The same with parameters. A mesh that others hold too is not copied.
-    ///
-    /// # Errors
-    /// As [`Scene::build`], and [`Error::Invalid`](crate::Error::Invalid) for parameters out of
-    /// range, and for an instruction set that the environment variable
-    /// `HALFLINE_SIMD` names and this machine lacks.
-    pub fn build_with(
-        mesh: impl Into<Arc<Mesh>>,
-        parameters: &BuildParameters,
-        observer: &dyn Observer,
-    ) -> Result<Scene> {
-        let start = Instant::now();
-        let (mesh, level) = (mesh.into(), Level::chosen()?);
-        let tree = build::build(&mesh, parameters, level, observer)?;
-        let build_time = start.elapsed();
-        Ok(Scene { mesh, tree, parameters: *parameters, build_time, level, file: None })
+    /// Begins to build the tree over a mesh, with options. A mesh that others hold too is not copied.
+    pub fn builder(mesh: impl Into<Arc<Mesh>>) -> SceneBuilder<'static> {
+        let parameters = BuildParameters::default();
+        SceneBuilder { mesh: mesh.into(), parameters, observer: &NoProgress }
     }
 
     /// Opens a scene that was [saved](Scene::save): maps the file, in the same time whatever its size,
@@ -107,7 +88,7 @@ impl Scene {
     /// [`Error::Io`](crate::Error::Io) if the file cannot be mapped;
     /// [`Error::Format`](crate::Error::Format) if it is not a tree, or one of another version, cut short
     /// or damaged; [`Error::Interrupted`](crate::Error::Interrupted); and
-    /// [`Error::Invalid`](crate::Error::Invalid) as [`Scene::build_with`] for the instruction set.
+    /// [`Error::Invalid`](crate::Error::Invalid) as [`SceneBuilder::build`] for the instruction set.
     pub fn open(path: &Path, verify: Verify, observer: &dyn Observer) -> Result<Scene> {
         let level = Level::chosen()?;
         let tree_file::Opened { mesh, tree, parameters, build_time, file } =
@@ -150,34 +131,23 @@ impl Scene {
     }
 
     /// The mesh.
-    pub fn mesh(&self) -> &Mesh {
-        &self.mesh
-    }
-
-    /// The mesh, to be held by others too.
-    pub fn shared_mesh(&self) -> &Arc<Mesh> {
+    pub fn mesh(&self) -> &Arc<Mesh> {
         &self.mesh
     }
 
     /// The tree.
-    pub fn tree(&self) -> &KdTree {
+    pub fn tree(&self) -> &Tree {
         &self.tree
     }
 
     /// The tree's figures; counts through the whole tree.
-    pub fn tree_statistics(&self) -> TreeStatistics {
+    pub fn statistics(&self) -> TreeStatistics {
         self.tree.statistics(self.mesh.triangle_count())
     }
 
     /// How the tree was built.
     pub fn build_parameters(&self) -> &BuildParameters {
         &self.parameters
-    }
-
-    /// The preset that the tree was built with; "custom" for parameters of no preset.
-    pub fn preset_name(&self) -> &'static str {
-        let is_preset = |preset: &Preset| BuildParameters::preset(*preset) == self.parameters;
-        Preset::ALL.into_iter().find(is_preset).map_or("custom", Preset::name)
     }
 
     /// How long the tree took to build.
@@ -195,230 +165,48 @@ impl Scene {
         self.level = level;
     }
 
-    fn target(&self) -> traverse::Target<'_> {
-        traverse::Target { tree: &self.tree, mesh: &self.mesh, level: self.level }
+    fn target(&self) -> Target<'_> {
+        Target { tree: &self.tree, mesh: &self.mesh, level: self.level }
     }
 
     /// For rays that come one after another, each depending on the last: one for each thread. A
     /// [batch](Scene::intersect) is the better way for rays that are known together.
     pub fn caster(&self) -> Caster<'_> {
-        Caster::new(&self.tree, &self.mesh)
+        Caster::new(self.target())
     }
 
-    /// The hit with the smallest t of one ray; of equal ones that with the lowest face index.
-    pub fn closest(&self, ray: &Ray) -> Hit {
-        self.caster().closest(ray)
+    /// The same questions with progress, to be ended by `observer`, and for rays and answers in columns.
+    pub fn observed<'a>(&'a self, observer: &'a dyn Observer) -> Observed<'a> {
+        Observed { scene: self, observer }
     }
 
-    /// True if one ray hits anything.
-    pub fn any(&self, ray: &Ray) -> bool {
-        self.caster().any(ray)
-    }
-
-    /// What single precision knows about a ray and a leaf of the tree, as batches ask it; what it leaves
-    /// open they decide exactly. `None` if the ray does not meet the root's box, or is so large or so
-    /// small, or comes from so far away, that batches look at it by itself.
-    pub fn leaf_verdict(&self, ray: &Ray, block: &LeafBlock) -> Option<LeafVerdict> {
-        traverse::leaf_verdict(&self.tree, ray, block, self.level)
-    }
-
-    /// [`Scene::caster`] with a plain triangle test, which leaks: to measure what the exact one costs.
-    #[cfg(feature = "variants")]
-    pub fn plain_caster(&self) -> PlainCaster<'_> {
-        PlainCaster::new(&self.tree, &self.mesh)
-    }
-
-    /// Appends all hits of one ray to `hits`, sorted by t and then by face: every crossing, and every
-    /// contact with the border of an open surface; see [`numeric`](crate::numeric).
-    pub fn all(&self, ray: &Ray, hits: &mut Vec<Hit>) {
-        self.caster().all(ray, hits);
-    }
-
-    /// The closest hit of each ray, in parallel and in the rays' order; [`Hit::MISS`] for a ray that
-    /// hits nothing.
-    pub fn intersect(&self, rays: &[Ray]) -> Vec<Hit> {
-        unobserved(self.intersect_observed(rays, &Silent))
-    }
-
-    /// [`Scene::intersect`] into memory that is there.
-    ///
-    /// # Panics
-    /// If there are not as many hits as rays.
-    pub fn intersect_into(&self, rays: &[Ray], hits: &mut [Hit]) {
-        unobserved(self.guarded(|| traverse::intersect_into(self.target(), rays, hits, &Silent)));
-    }
-
-    /// [`Scene::intersect`], reporting [`Stage::Trace`](crate::progress::Stage::Trace) in rays.
-    ///
-    /// # Errors
-    /// [`Error::Interrupted`](crate::Error::Interrupted).
-    pub fn intersect_observed(&self, rays: &[Ray], observer: &dyn Observer) -> Result<Vec<Hit>> {
-        self.guarded(|| traverse::intersect(self.target(), rays, observer))
+    /// The closest hit of each ray, in parallel and in the rays' order: that with the smallest t, of equal ones
+    /// that with the lowest face index; [`Hit::MISS`] for a ray that hits nothing. Rays may be in either
+    /// precision.
+    pub fn intersect<R: BatchRay>(&self, rays: &[R]) -> Vec<Hit> {
+        unobserved(self.observed(&NoProgress).intersect(rays))
     }
 
     /// The closest hit of each ray in single precision: its face is that of [`Scene::intersect`], and
     /// its t that t rounded. The quickest way, where barycentrics are not needed.
-    pub fn intersect_single(&self, rays: &[SingleRay]) -> Vec<SingleHit> {
-        unobserved(self.intersect_single_observed(rays, &Silent))
+    pub fn intersect_f32(&self, rays: &[RayF32]) -> Vec<HitF32> {
+        unobserved(self.observed(&NoProgress).intersect_f32(rays))
     }
 
-    /// [`Scene::intersect_single`] into memory that is there.
-    ///
-    /// # Panics
-    /// If there are not as many hits as rays.
-    pub fn intersect_single_into(&self, rays: &[SingleRay], hits: &mut [SingleHit]) {
-        let target = self.target();
-        unobserved(self.guarded(|| traverse::intersect_single_into(target, rays, hits, &Silent)));
-    }
-
-    /// [`Scene::intersect_single`], reporting [`Stage::Trace`](crate::progress::Stage::Trace) in
-    /// rays.
-    ///
-    /// # Errors
-    /// [`Error::Interrupted`](crate::Error::Interrupted).
-    pub fn intersect_single_observed(
-        &self,
-        rays: &[SingleRay],
-        observer: &dyn Observer,
-    ) -> Result<Vec<SingleHit>> {
-        self.guarded(|| traverse::intersect_single(self.target(), rays, observer))
-    }
-
-    /// For each ray whether it hits anything, in parallel; rays may be in either precision.
+    /// For each ray whether it hits anything, in parallel. Rays may be in either precision.
     pub fn occluded<R: BatchRay>(&self, rays: &[R]) -> Vec<bool> {
-        unobserved(self.occluded_observed(rays, &Silent))
+        unobserved(self.observed(&NoProgress).occluded(rays))
     }
 
-    /// [`Scene::occluded`], reporting [`Stage::Trace`](crate::progress::Stage::Trace) in rays.
-    ///
-    /// # Errors
-    /// [`Error::Interrupted`](crate::Error::Interrupted).
-    pub fn occluded_observed<R: BatchRay>(
-        &self,
-        rays: &[R],
-        observer: &dyn Observer,
-    ) -> Result<Vec<bool>> {
-        let mut flags = vec![false; rays.len()];
-        self.guarded(|| R::occluded_into(self.target(), rays, &mut flags, observer))?;
-        Ok(flags)
-    }
-
-    /// [`Scene::occluded`] into memory that is there.
-    ///
-    /// # Panics
-    /// If there are not as many flags as rays.
-    pub fn occluded_into<R: BatchRay>(&self, rays: &[R], flags: &mut [bool]) {
-        unobserved(self.guarded(|| R::occluded_into(self.target(), rays, flags, &Silent)));
-    }
-
-    /// What it costs to find the closest hits of rays, or whether there are any: nodes and leaves that
-    /// were fetched, and exact decisions. Counts do not depend on the machine's mood, but on the
-    /// instruction set: what is decided exactly does. Rays may be in either precision.
-    pub fn count_work<R: BatchRay>(&self, rays: &[R], is_any: bool) -> WorkCounts {
-        R::count_work(self.target(), rays, is_any)
-    }
-
-    /// [`Scene::closest`] as batches find it, and every node and leaf that the ray comes to, in order: as
-    /// many as [`Scene::count_work`] counts. [`Scene::explain`] makes more of it.
-    pub fn watch(&self, ray: &Ray) -> (Hit, Vec<Visit>) {
-        traverse::watch(self.target(), ray)
-    }
-
-    /// All hits of each ray, in parallel, sorted by t and then by face: as [`Scene::all`].
+    /// All hits of each ray, in parallel, sorted by t and then by face: every crossing, and every contact with
+    /// the border of an open surface; see [`numeric`](crate::numeric). Rays may be in either precision.
     pub fn intersect_all<R: BatchRay>(&self, rays: &[R]) -> AllHits {
-        unobserved(self.intersect_all_observed(rays, &Silent))
-    }
-
-    /// [`Scene::intersect_all`], reporting [`Stage::Trace`](crate::progress::Stage::Trace) in rays.
-    ///
-    /// # Errors
-    /// [`Error::Interrupted`](crate::Error::Interrupted).
-    pub fn intersect_all_observed<R: BatchRay>(
-        &self,
-        rays: &[R],
-        observer: &dyn Observer,
-    ) -> Result<AllHits> {
-        self.guarded(|| R::intersect_all(self.target(), rays, observer))
+        unobserved(self.observed(&NoProgress).intersect_all(rays))
     }
 
     /// How many hits each ray has, in parallel: the lengths of the rows of [`Scene::intersect_all`].
     pub fn count_intersections<R: BatchRay>(&self, rays: &[R]) -> Vec<usize> {
-        unobserved(self.count_intersections_observed(rays, &Silent))
-    }
-
-    /// [`Scene::count_intersections`], reporting [`Stage::Trace`](crate::progress::Stage::Trace) in
-    /// rays.
-    ///
-    /// # Errors
-    /// [`Error::Interrupted`](crate::Error::Interrupted).
-    pub fn count_intersections_observed<R: BatchRay>(
-        &self,
-        rays: &[R],
-        observer: &dyn Observer,
-    ) -> Result<Vec<usize>> {
-        self.guarded(|| R::count(self.target(), rays, observer))
-    }
-
-    /// [`Scene::intersect`] for rays and answers that are columns, reporting
-    /// [`Stage::Trace`](crate::progress::Stage::Trace) in rays. Few rays, up to some thousand, are cast
-    /// by the calling thread itself; so it is with all that takes columns.
-    ///
-    /// # Errors
-    /// [`Error::Interrupted`](crate::Error::Interrupted).
-    ///
-    /// # Panics
-    /// If there are not as many places in `hits` as rays.
-    pub fn intersect_columns(
-        &self,
-        rays: &RayColumns,
-        hits: HitColumns,
-        observer: &dyn Observer,
-    ) -> Result<()> {
-        self.guarded(|| traverse::columns::intersect(self.target(), rays, hits, observer))
-    }
-
-    /// [`Scene::occluded`] for columns.
-    ///
-    /// # Errors
-    /// [`Error::Interrupted`](crate::Error::Interrupted).
-    ///
-    /// # Panics
-    /// If there are not as many flags as rays.
-    pub fn occluded_columns(
-        &self,
-        rays: &RayColumns,
-        flags: &mut [bool],
-        observer: &dyn Observer,
-    ) -> Result<()> {
-        self.guarded(|| traverse::columns::occluded(self.target(), rays, flags, observer))
-    }
-
-    /// [`Scene::count_intersections`] for columns.
-    ///
-    /// # Errors
-    /// [`Error::Interrupted`](crate::Error::Interrupted).
-    ///
-    /// # Panics
-    /// If there are not as many counts as rays.
-    pub fn count_intersections_columns(
-        &self,
-        rays: &RayColumns,
-        counts: &mut [i64],
-        observer: &dyn Observer,
-    ) -> Result<()> {
-        self.guarded(|| traverse::columns::count(self.target(), rays, counts, observer))
-    }
-
-    /// [`Scene::intersect_all`] for columns.
-    ///
-    /// # Errors
-    /// [`Error::Interrupted`](crate::Error::Interrupted).
-    pub fn intersect_all_columns(
-        &self,
-        rays: &RayColumns,
-        observer: &dyn Observer,
-    ) -> Result<AllHitColumns> {
-        self.guarded(|| traverse::columns::intersect_all(self.target(), rays, observer))
+        unobserved(self.observed(&NoProgress).count_intersections(rays))
     }
 
     /// The point of a hit, from which rays can start that do not hit the same face again:
@@ -430,6 +218,217 @@ impl Scene {
     pub fn surface_point(&self, hit: &Hit) -> SurfacePoint {
         assert!(hit.is_hit(), "a miss has no point");
         SurfacePoint::on_triangle(self.mesh.corners(hit.face), hit.u, hit.v)
+    }
+}
+
+/// How a tree is to be built: [`Scene::builder`] gives one.
+#[must_use]
+pub struct SceneBuilder<'a> {
+    mesh: Arc<Mesh>,
+    parameters: BuildParameters,
+    observer: &'a dyn Observer,
+}
+
+impl<'a> SceneBuilder<'a> {
+    /// Takes the parameters of a preset.
+    pub fn preset(self, preset: Preset) -> Self {
+        self.parameters(BuildParameters::preset(preset))
+    }
+
+    /// Takes these parameters.
+    pub fn parameters(self, parameters: BuildParameters) -> Self {
+        SceneBuilder { parameters, ..self }
+    }
+
+    /// Reports [`Stage::Build`](crate::progress::Stage::Build) to an observer, who may end the work.
+    pub fn observer<'b>(self, observer: &'b dyn Observer) -> SceneBuilder<'b> {
+        let SceneBuilder { mesh, parameters, .. } = self;
+        SceneBuilder { mesh, parameters, observer }
+    }
+
+    /// Builds the tree, on all threads. It does not depend on how many there are.
+    ///
+    /// # Errors
+    /// [`Error::Invalid`](crate::Error::Invalid) for a mesh of more than 2^29 triangles, for parameters out of
+    /// range, and for an instruction set that the environment variable `HALFLINE_SIMD` names and this machine
+    /// lacks; [`Error::Interrupted`](crate::Error::Interrupted) if the observer ends the work.
+    pub fn build(self) -> Result<Scene> {
+        let SceneBuilder { mesh, parameters, observer } = self;
+        let start = Instant::now();
+        let level = Level::chosen()?;
+        let tree = builder::build(&mesh, &parameters, level, observer)?;
+        let build_time = start.elapsed();
+        Ok(Scene { mesh, tree, parameters, build_time, level, file: None })
+    }
+}
+
+/// Questions whose progress is reported, as [`Stage::Trace`](crate::progress::Stage::Trace) in rays:
+/// [`Scene::observed`] gives one.
+///
+/// All of them return [`Error::Interrupted`](crate::Error::Interrupted) if the observer ends the work, and
+/// [`Error::Format`](crate::Error::Format) if the scene comes from a file that was damaged meanwhile. Those that
+/// put answers into memory that is there panic if there are not as many places as rays.
+#[derive(Clone, Copy)]
+pub struct Observed<'a> {
+    scene: &'a Scene,
+    observer: &'a dyn Observer,
+}
+
+impl Observed<'_> {
+    /// [`Scene::intersect`].
+    ///
+    /// # Errors
+    /// See [`Observed`].
+    pub fn intersect<R: BatchRay>(&self, rays: &[R]) -> Result<Vec<Hit>> {
+        let mut hits = vec![Hit::MISS; rays.len()];
+        self.intersect_into(rays, &mut hits)?;
+        Ok(hits)
+    }
+
+    /// [`Scene::intersect`] into memory that is there.
+    ///
+    /// # Errors
+    /// See [`Observed`].
+    pub fn intersect_into<R: BatchRay>(&self, rays: &[R], hits: &mut [Hit]) -> Result<()> {
+        let Observed { scene, observer } = *self;
+        scene.guarded(|| batch::intersect(scene.target(), R::source(rays), hits, observer))
+    }
+
+    /// [`Scene::intersect_f32`].
+    ///
+    /// # Errors
+    /// See [`Observed`].
+    pub fn intersect_f32(&self, rays: &[RayF32]) -> Result<Vec<HitF32>> {
+        let mut hits = vec![HitF32::MISS; rays.len()];
+        self.intersect_f32_into(rays, &mut hits)?;
+        Ok(hits)
+    }
+
+    /// [`Scene::intersect_f32`] into memory that is there.
+    ///
+    /// # Errors
+    /// See [`Observed`].
+    pub fn intersect_f32_into(&self, rays: &[RayF32], hits: &mut [HitF32]) -> Result<()> {
+        let Observed { scene, observer } = *self;
+        scene.guarded(|| batch::intersect_f32(scene.target(), RayF32::source(rays), hits, observer))
+    }
+
+    /// [`Scene::occluded`].
+    ///
+    /// # Errors
+    /// See [`Observed`].
+    pub fn occluded<R: BatchRay>(&self, rays: &[R]) -> Result<Vec<bool>> {
+        let mut flags = vec![false; rays.len()];
+        self.occluded_into(rays, &mut flags)?;
+        Ok(flags)
+    }
+
+    /// [`Scene::occluded`] into memory that is there.
+    ///
+    /// # Errors
+    /// See [`Observed`].
+    pub fn occluded_into<R: BatchRay>(&self, rays: &[R], flags: &mut [bool]) -> Result<()> {
+        let Observed { scene, observer } = *self;
+        scene.guarded(|| batch::occluded(scene.target(), R::source(rays), flags, observer))
+    }
+
+    /// [`Scene::intersect_all`].
+    ///
+    /// # Errors
+    /// See [`Observed`].
+    pub fn intersect_all<R: BatchRay>(&self, rays: &[R]) -> Result<AllHits> {
+        let Observed { scene, observer } = *self;
+        scene.guarded(|| batch::find_all_hits(scene.target(), R::source(rays), observer))
+    }
+
+    /// [`Scene::count_intersections`].
+    ///
+    /// # Errors
+    /// See [`Observed`].
+    pub fn count_intersections<R: BatchRay>(&self, rays: &[R]) -> Result<Vec<usize>> {
+        let Observed { scene, observer } = *self;
+        let mut counts = vec![0; rays.len()];
+        scene.guarded(|| {
+            batch::count_hits(scene.target(), R::source(rays), &mut counts, observer)
+        })?;
+        Ok(counts)
+    }
+
+    /// [`Scene::intersect`] for rays and answers in columns. Few rays, up to some thousand, are cast by the
+    /// calling thread itself; so it is with all that takes columns.
+    ///
+    /// # Errors
+    /// See [`Observed`].
+    pub fn intersect_columns(&self, rays: &RayColumns, hits: HitColumns) -> Result<()> {
+        let Observed { scene, observer } = *self;
+        scene.guarded(|| batch::intersect_columns(scene.target(), (*rays).into(), hits, observer))
+    }
+
+    /// [`Scene::occluded`] for rays in columns.
+    ///
+    /// # Errors
+    /// See [`Observed`].
+    pub fn occluded_columns(&self, rays: &RayColumns, flags: &mut [bool]) -> Result<()> {
+        let Observed { scene, observer } = *self;
+        scene.guarded(|| batch::occluded(scene.target(), (*rays).into(), flags, observer))
+    }
+
+    /// [`Scene::count_intersections`] for rays in columns.
+    ///
+    /// # Errors
+    /// See [`Observed`].
+    pub fn count_intersections_columns(&self, rays: &RayColumns, counts: &mut [i64]) -> Result<()> {
+        let Observed { scene, observer } = *self;
+        scene.guarded(|| batch::count_hits(scene.target(), (*rays).into(), counts, observer))
+    }
+
+    /// [`Scene::intersect_all`] for rays and answers in columns.
+    ///
+    /// # Errors
+    /// See [`Observed`].
+    pub fn intersect_all_columns(&self, rays: &RayColumns) -> Result<AllHitColumns> {
+        let Observed { scene, observer } = *self;
+        scene.guarded(|| batch::find_all_hits_columns(scene.target(), (*rays).into(), observer))
+    }
+}
+
+/// Looks inside, for explanations, measurements and tests.
+pub mod inspect {
+    use super::{
+        BatchRay, Hit, LeafBlock, LeafVerdict, Ray, Scene, Visit, WorkCounts, batch, traverse,
+    };
+
+    /// What single precision knows about a ray and a leaf of the tree, as batches ask it; what it leaves
+    /// open they decide more closely. `None` if the ray does not meet the box of all that can be hit.
+    pub fn leaf_verdict(scene: &Scene, ray: &Ray, block: &LeafBlock) -> Option<LeafVerdict> {
+        traverse::leaf_verdict(scene.target(), ray, block)
+    }
+
+    /// The closest hit of a ray as batches find it, and every node and leaf that the ray comes to, in order: as
+    /// many as [`count_work`] counts.
+    pub fn record_visits(scene: &Scene, ray: &Ray) -> (Hit, Vec<Visit>) {
+        traverse::record_visits(scene.target(), ray)
+    }
+
+    /// What it costs to find the closest hits of rays, or whether there are any: nodes and leaves that
+    /// were fetched, and exact decisions. Counts do not depend on how busy the machine is, but on the
+    /// instruction set: what is decided exactly does. Rays may be in either precision.
+    pub fn count_work<R: BatchRay>(scene: &Scene, rays: &[R], is_any: bool) -> WorkCounts {
+        batch::count_work(scene.target(), R::source(rays), is_any)
+    }
+
+    /// [`Scene::intersect_f32`](super::Scene::intersect_f32) where rounded signs and depths are taken as they
+    /// come, as most ray tracers do: rays leak. To measure what exactness costs.
+    #[cfg(feature = "variants")]
+    pub fn intersect_plain<R: BatchRay>(scene: &Scene, rays: &[R], hits: &mut [super::HitF32]) {
+        batch::intersect_plain(scene.target(), R::source(rays), hits);
+    }
+
+    /// [`Scene::occluded`](super::Scene::occluded) where rounded signs are taken as they come: rays leak. To
+    /// measure what exactness costs.
+    #[cfg(feature = "variants")]
+    pub fn occluded_plain<R: BatchRay>(scene: &Scene, rays: &[R], flags: &mut [bool]) {
+        batch::occluded_plain(scene.target(), R::source(rays), flags);
     }
 }
 

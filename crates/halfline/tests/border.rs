@@ -7,7 +7,7 @@ use common::contact::{Answers, Case, Range};
 use common::engines::{build_variants, by_batch, by_brute_force, by_engine, by_textbook};
 use common::{grid_cube, in_single_precision, soup};
 use halfline::mesh::Positions;
-use halfline::progress::Silent;
+use halfline::progress::NoProgress;
 use halfline::textbook::{KdTree, Middle, Termination};
 use halfline::{Mesh, Ray, Scene, Vec3};
 
@@ -32,7 +32,7 @@ fn answers(mesh: &Mesh, rays: &[Ray]) -> Vec<Answers> {
     }
     for parameters in build_variants() {
         for mesh in [mesh.clone(), in_single_precision(mesh)] {
-            let mut scene = Scene::build_with(mesh, &parameters, &Silent).expect("builds");
+            let mut scene = Scene::build_with(mesh, &parameters, &NoProgress).expect("builds");
             assert!(by_batch(&mut scene, rays) == expected, "batch, {parameters:?}");
             for (ray, expected) in rays.iter().zip(&expected) {
                 assert_eq!(by_engine(&scene, ray), *expected, "{parameters:?}, {ray:?}");

@@ -4,9 +4,9 @@ mod common;
 
 use common::engines::{bits, by_batch, by_brute_force, by_engine};
 use common::{Random, in_single_precision, meshes, soup, sphere, target};
-use halfline::build::BuildParameters;
+use halfline::builder::BuildParameters;
 use halfline::numeric::PreparedRay;
-use halfline::progress::Silent;
+use halfline::progress::NoProgress;
 use halfline::{Mesh, Ray, Scene, Vec3};
 
 /// Rays of a bundle, at least and at most.
@@ -149,11 +149,11 @@ fn the_company_of_a_ray_does_not_matter() {
 /// A tree of small leaves, so that a few triangles are enough for several nodes.
 fn scene_of_small_leaves(mesh: Mesh) -> Scene {
     let parameters = BuildParameters {
-        last_cell_triangles: 1,
-        spare_references: 8.0,
+        spatial_split_min_triangles: 1,
+        duplication_budget: 8.0,
         ..BuildParameters::default()
     };
-    Scene::build_with(mesh, &parameters, &Silent).expect("builds")
+    Scene::build_with(mesh, &parameters, &NoProgress).expect("builds")
 }
 
 /// Pictures from near and far, whole and in part, also such of which a part shows nothing.

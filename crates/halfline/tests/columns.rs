@@ -5,7 +5,7 @@ mod common;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use common::{Random, nasty_ray, sphere};
-use halfline::progress::{Observer, Silent, Stage};
+use halfline::progress::{NoProgress, Observer, Stage};
 use halfline::scene::{Column, HitColumns, RayColumns, Scalars, Vectors};
 use halfline::{Error, Hit, Ray, Scene, Vec3};
 
@@ -131,7 +131,7 @@ fn columns_answer_as_rows_do() {
             let (mut t, mut faces) = (vec![-7.0; count], vec![-7; count]);
             let mut uv = vec![[-7.0; 2]; count];
             let hits = HitColumns { t: &mut t, face: &mut faces, uv: &mut uv };
-            scene.intersect_columns(&columns, hits, &Silent).expect("nobody interrupts");
+            scene.intersect_columns(&columns, hits, &NoProgress).expect("nobody interrupts");
             let expected = scene.intersect(&rays);
             assert_eq!(bits(t), bits(expected.iter().map(|hit| hit.t)));
             assert_eq!(faces, expected.iter().map(face).collect::<Vec<_>>());
@@ -141,12 +141,15 @@ fn columns_answer_as_rows_do() {
 
             for before in [false, true] {
                 let mut flags = vec![before; count];
-                scene.occluded_columns(&columns, &mut flags, &Silent).expect("nobody interrupts");
+                scene
+                    .occluded_columns(&columns, &mut flags, &NoProgress)
+                    .expect("nobody interrupts");
                 assert_eq!(flags, scene.occluded(&rays));
             }
 
             let expected = scene.intersect_all(&rays);
-            let all = scene.intersect_all_columns(&columns, &Silent).expect("nobody interrupts");
+            let all =
+                scene.intersect_all_columns(&columns, &NoProgress).expect("nobody interrupts");
             let splits: Vec<i64> = expected.splits.iter().map(|&split| split as i64).collect();
             assert_eq!(all.splits, splits);
             assert_eq!(bits(all.t), bits(expected.hits.iter().map(|hit| hit.t)));
@@ -155,7 +158,7 @@ fn columns_answer_as_rows_do() {
             assert_eq!(bits(all.uv.into_iter().flatten()), bits(expected_uv));
 
             let mut counts = vec![-7; count];
-            let done = scene.count_intersections_columns(&columns, &mut counts, &Silent);
+            let done = scene.count_intersections_columns(&columns, &mut counts, &NoProgress);
             done.expect("nobody interrupts");
             let lengths: Vec<i64> = splits.windows(2).map(|pair| pair[1] - pair[0]).collect();
             assert_eq!(counts, lengths);
@@ -185,7 +188,7 @@ fn a_range_that_single_precision_lacks_is_not_rounded() {
         );
         let mut flags = [!is_hit; 2];
         let columns = columns.expect("two rays");
-        scene.occluded_columns(&columns, &mut flags, &Silent).expect("nobody interrupts");
+        scene.occluded_columns(&columns, &mut flags, &NoProgress).expect("nobody interrupts");
         assert_eq!(flags, [is_hit; 2]);
     }
 }
@@ -206,7 +209,7 @@ fn a_column_of_another_length_is_refused_by_name() {
 fn there_cannot_be_fewer_places_than_rays() {
     let (zero, same) = (Column::Same([0.0; 3]), Column::Same(0.0));
     let columns = RayColumns::new(3, zero, zero, same, same).expect("three rays");
-    let _ = scene().occluded_columns(&columns, &mut [false; 2], &Silent);
+    let _ = scene().occluded_columns(&columns, &mut [false; 2], &NoProgress);
 }
 
 /// Ends the work once a number of rays are done.

@@ -3,9 +3,9 @@
 mod common;
 
 use common::{Random, check_structure, soup};
-use halfline::build::{BuildParameters, Preset};
+use halfline::builder::{BuildParameters, Preset};
 use halfline::mesh::generate::{Kind, generate};
-use halfline::progress::Silent;
+use halfline::progress::NoProgress;
 use halfline::{Ray, Scene, Vec3, brute_force};
 use peak_alloc::PeakAlloc;
 
@@ -18,7 +18,7 @@ static MEMORY: PeakAlloc = PeakAlloc;
 fn a_million_degenerate_triangles_neither_hang_nor_explode() {
     const MILLION: usize = 1_000_000;
     let ordinary = {
-        let mesh = generate(Kind::Scan, MILLION, 1, &Silent).expect("generates");
+        let mesh = generate(Kind::Scan, MILLION, 1, &NoProgress).expect("generates");
         let before = MEMORY.current_usage();
         MEMORY.reset_peak_usage();
         let scene = Scene::new(mesh).expect("builds");
@@ -63,7 +63,7 @@ fn a_million_degenerate_triangles_neither_hang_nor_explode() {
         let before = MEMORY.current_usage();
         MEMORY.reset_peak_usage();
         let parameters = BuildParameters::preset(preset);
-        let scene = Scene::build_with(mesh, &parameters, &Silent).expect("builds");
+        let scene = Scene::build_with(mesh, &parameters, &NoProgress).expect("builds");
         let peak = MEMORY.peak_usage() - before;
         assert!(peak <= 2 * ordinary, "{name}: {peak} bytes, a scan takes {ordinary}");
         check_structure(&name, scene.tree(), scene.mesh());

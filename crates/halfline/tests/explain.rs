@@ -9,14 +9,14 @@ use halfline::explain::{
     Case, Cells, Content, Edge, Explanation, Rule, Slice, SlicePlane, Step, Verdict, Visit,
 };
 use halfline::geometry::vec3;
-use halfline::progress::{Observer, Silent};
+use halfline::progress::{NoProgress, Observer};
 use halfline::textbook::{KdTree, Termination, Visits};
-use halfline::{Error, Mesh, Ray, Scene, SingleRay, Vec3, brute_force};
+use halfline::{Error, Mesh, Ray, RayF32, Scene, Vec3, brute_force};
 
 const RAYS_PER_MESH: u64 = 60;
 
-fn single(ray: &Ray) -> SingleRay {
-    SingleRay {
+fn single(ray: &Ray) -> RayF32 {
+    RayF32 {
         origin: ray.origin.to_array().map(|x| x as f32),
         t_min: ray.t_min as f32,
         direction: ray.direction.to_array().map(|x| x as f32),
@@ -29,7 +29,7 @@ fn each_explanation(mut look: impl FnMut(&str, &Scene, &KdTree, &Explanation)) {
     for (seed, (name, mesh)) in meshes().into_iter().enumerate() {
         let scene = Scene::new(mesh.clone()).expect("a valid mesh");
         for rule in Rule::ALL {
-            let splitting = halfline::explain::Interruptible::new(rule, &Silent);
+            let splitting = halfline::explain::Interruptible::new(rule, &NoProgress);
             let termination = Termination::automatic(mesh.triangle_count());
             let tree = KdTree::init_kd_tree(&mesh, &splitting, &termination);
             let mut planes = Vec::new();
@@ -42,7 +42,7 @@ fn each_explanation(mut look: impl FnMut(&str, &Scene, &KdTree, &Explanation)) {
                 if !ray.is_valid() {
                     continue;
                 }
-                let explanation = scene.explain(&ray, rule, &Silent).expect("a valid ray");
+                let explanation = scene.explain(&ray, rule, &NoProgress).expect("a valid ray");
                 look(&format!("{name}, {rule}: {ray:?}"), &scene, &tree, &explanation);
             }
         }
@@ -193,7 +193,7 @@ fn the_nearest_miss_is_the_least_distance() {
         let (from, to) = (random.point() * 1.5, random.point() * 1.5);
         let ray = Ray::with_range(from, to - from, 0.0, 4.0);
         let scene = Scene::new(soup(triangles.clone())).expect("a valid mesh");
-        let explanation = scene.explain(&ray, Rule::Middle, &Silent).expect("a valid ray");
+        let explanation = scene.explain(&ray, Rule::Middle, &NoProgress).expect("a valid ray");
         let Some(miss) = explanation.nearest_miss else {
             assert!(explanation.hit.is_hit(), "round {round}");
             continue;
@@ -217,7 +217,7 @@ fn triangle() -> Mesh {
 
 fn miss_of(mesh: Mesh, ray: Ray) -> (Verdict, f64) {
     let scene = Scene::new(mesh).expect("a valid mesh");
-    let explanation = scene.explain(&ray, Rule::default(), &Silent).expect("a valid ray");
+    let explanation = scene.explain(&ray, Rule::default(), &NoProgress).expect("a valid ray");
     let miss = explanation.nearest_miss.expect("a miss");
     (miss.test.verdict, miss.distance)
 }
@@ -265,7 +265,7 @@ fn meshes_without_triangles_are_explained() {
         let scene = Scene::new(mesh).expect("a valid mesh");
         let ray = Ray::new(Vec3::ZERO, vec3(1.0, 0.0, 0.0));
         for rule in Rule::ALL {
-            let explanation = scene.explain(&ray, rule, &Silent).expect("a valid ray");
+            let explanation = scene.explain(&ray, rule, &NoProgress).expect("a valid ray");
             assert!(!explanation.hit.is_hit() && explanation.nearest_miss.is_none());
             assert_eq!(explanation.walk.steps[0], Step::Clip { within: None });
         }
@@ -283,7 +283,8 @@ fn a_ray_that_is_none_is_refused() {
         (Ray::with_range(x, x, 2.0, 1.0), "its range from 2 to 1 is empty"),
     ];
     for (ray, reason) in rays {
-        let error = scene.explain(&ray, Rule::default(), &Silent).expect_err(reason).to_string();
+        let error =
+            scene.explain(&ray, Rule::default(), &NoProgress).expect_err(reason).to_string();
         assert_eq!(error, format!("ray: {reason}: it hits nothing"));
     }
 }
@@ -313,7 +314,8 @@ fn a_slice_shows_the_cells_that_points_lie_in() {
             let coordinate = bounds.min[axis] * 0.4 + bounds.max[axis] * 0.6;
             let plane = SlicePlane { axis, coordinate };
             let termination = Termination::automatic(mesh.triangle_count());
-            let mut cells = Cells::new(&mesh, rule, termination, &Silent).expect("not interrupted");
+            let mut cells =
+                Cells::new(&mesh, rule, termination, &NoProgress).expect("not interrupted");
             let slice = Slice::through(&mut cells, plane, 0.0, usize::MAX).expect("it is met");
 
             // The cells fill the picture, and each is the leaf that its middle lies in.
@@ -361,7 +363,8 @@ fn leaf_of(cells: &Cells, point: Vec3) -> usize {
 fn a_slice_that_misses_is_refused() {
     let mesh = grid_cube(2);
     let termination = Termination::automatic(mesh.triangle_count());
-    let mut cells = Cells::new(&mesh, Rule::Middle, termination, &Silent).expect("a valid mesh");
+    let mut cells =
+        Cells::new(&mesh, Rule::Middle, termination, &NoProgress).expect("a valid mesh");
     for coordinate in [2.5, f64::NAN] {
         let plane = SlicePlane { axis: 1, coordinate };
         let error = Slice::through(&mut cells, plane, 0.0, 9).expect_err("outside").to_string();

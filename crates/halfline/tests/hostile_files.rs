@@ -11,7 +11,7 @@ use base64::Engine;
 use halfline::error::{Error, Result};
 use halfline::io::{gltf, obj, off, ply};
 use halfline::mesh::Mesh;
-use halfline::progress::{Observer, Silent};
+use halfline::progress::{NoProgress, Observer};
 use peak_alloc::PeakAlloc;
 
 use common::Random;
@@ -30,7 +30,7 @@ type Read = fn(&Path, &[u8], &dyn Observer) -> Result<Mesh>;
 fn measured(read: Read, content: &[u8]) -> (Result<Mesh>, usize) {
     MEMORY.reset_peak_usage();
     let before = MEMORY.current_usage();
-    let result = read(Path::new("no-such-folder/mesh"), content, &Silent);
+    let result = read(Path::new("no-such-folder/mesh"), content, &NoProgress);
     (result, MEMORY.peak_usage().saturating_sub(before))
 }
 

@@ -7,9 +7,9 @@ use common::engines::{build_variants, by_brute_force, by_engine, engine_planes};
 use common::grid::{LINES, aimed_at, judged, plates, soups, stacks};
 use common::proof::{Share, prove, report};
 use common::{Random, in_double_precision, in_single_precision, meshes, nasty_ray, soup};
-use halfline::build::BuildParameters;
+use halfline::builder::BuildParameters;
 use halfline::mesh::Positions;
-use halfline::progress::Silent;
+use halfline::progress::NoProgress;
 use halfline::{Hit, Mesh, Ray, Scene, Vec3};
 use proptest::prelude::*;
 
@@ -19,7 +19,7 @@ fn ordinary_meshes() -> impl Iterator<Item = (&'static str, Mesh)> {
 }
 
 fn build(mesh: &Mesh, parameters: &BuildParameters) -> Scene {
-    Scene::build_with(mesh.clone(), parameters, &Silent).expect("builds")
+    Scene::build_with(mesh.clone(), parameters, &NoProgress).expect("builds")
 }
 
 /// `x * 2^exponent`, or `None` if that loses a bit.

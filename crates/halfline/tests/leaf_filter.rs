@@ -5,10 +5,10 @@ mod common;
 
 use common::engines::{by_batch, by_engine};
 use common::{Random, meshes, nasty_ray};
-use halfline::build::BuildParameters;
+use halfline::builder::BuildParameters;
 use halfline::geometry::NO_FACE;
 use halfline::numeric::{LeafFilter, PreparedRay, Touched};
-use halfline::progress::Silent;
+use halfline::progress::NoProgress;
 use halfline::simd::Level;
 use halfline::{Ray, Scene, Vec3};
 
@@ -111,11 +111,11 @@ fn crumbs_are_where_they_are() {
     });
     let mesh = common::soup(crumbs.collect::<Vec<_>>());
     let few_in_a_cell = BuildParameters {
-        last_cell_triangles: 8,
-        spare_references: 8.0,
+        spatial_split_min_triangles: 8,
+        duplication_budget: 8.0,
         ..BuildParameters::default()
     };
-    let mut scene = Scene::build_with(mesh, &few_in_a_cell, &Silent).expect("builds");
+    let mut scene = Scene::build_with(mesh, &few_in_a_cell, &NoProgress).expect("builds");
     let mut rays = Vec::new();
     for [a, b, c] in corners {
         for _ in 0..4 {
@@ -155,14 +155,14 @@ fn plain_hits_are_certain() {
 
 fn scenes() -> Vec<(&'static str, Scene)> {
     let few_in_a_cell = BuildParameters {
-        last_cell_triangles: 8,
-        spare_references: 8.0,
+        spatial_split_min_triangles: 8,
+        duplication_budget: 8.0,
         ..BuildParameters::default()
     };
     meshes()
         .into_iter()
         .map(|(name, mesh)| {
-            (name, Scene::build_with(mesh, &few_in_a_cell, &Silent).expect("builds"))
+            (name, Scene::build_with(mesh, &few_in_a_cell, &NoProgress).expect("builds"))
         })
         .collect()
 }

@@ -10,7 +10,7 @@ use common::engines::{
 };
 use common::proof::{Share, report};
 use common::{Random, meshes, nasty_ray};
-use halfline::progress::Silent;
+use halfline::progress::NoProgress;
 use halfline::textbook::{
     KdTree, Middle, Node, ObjectMedian, SplittingRule, SurfaceArea, Termination,
 };
@@ -88,7 +88,8 @@ fn engine_agrees_with_brute_force() {
     let mut sent = 0;
     for (seed, (name, mesh)) in meshes.iter().enumerate() {
         for parameters in &variants {
-            let mut scene = Scene::build_with(mesh.clone(), parameters, &Silent).expect("builds");
+            let mut scene =
+                Scene::build_with(mesh.clone(), parameters, &NoProgress).expect("builds");
             let planes = engine_planes(&scene);
             let name = format!("{name}, {parameters:?}");
             compare(&name, mesh, &planes, rays, seed as u64, |rays| {

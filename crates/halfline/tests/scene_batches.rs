@@ -4,11 +4,11 @@ mod common;
 
 use common::{Random, meshes, nasty_ray, sphere};
 use halfline::scene::WorkCounts;
-use halfline::{Hit, Ray, Scene, SingleHit, SingleRay, Vec3};
+use halfline::{Hit, HitF32, Ray, RayF32, Scene, Vec3};
 
-fn single(ray: &Ray) -> SingleRay {
+fn single(ray: &Ray) -> RayF32 {
     let numbers = |v: Vec3| v.to_array().map(|x| x as f32);
-    SingleRay {
+    RayF32 {
         origin: numbers(ray.origin),
         t_min: ray.t_min as f32,
         direction: numbers(ray.direction),
@@ -18,7 +18,7 @@ fn single(ray: &Ray) -> SingleRay {
 
 /// What a place holds before there is an answer: nothing that any ray could have.
 const BEFORE: Hit = Hit { t: -77.0, face: 0xdead, u: 5.0, v: 6.0 };
-const BEFORE_SINGLE: SingleHit = SingleHit { t: -77.0, face: 0xdead };
+const BEFORE_SINGLE: HitF32 = HitF32 { t: -77.0, face: 0xdead };
 
 #[test]
 fn answers_into_given_memory_are_those_of_new_memory() {
@@ -28,15 +28,15 @@ fn answers_into_given_memory_are_those_of_new_memory() {
         for count in [0, 1, 7, 64, 500] {
             let rays: Vec<Ray> =
                 (0..count).map(|_| nasty_ray(scene.mesh(), &[], &mut random)).collect();
-            let singles: Vec<SingleRay> = rays.iter().map(single).collect();
+            let singles: Vec<RayF32> = rays.iter().map(single).collect();
 
             let mut hits = vec![BEFORE; count];
             scene.intersect_into(&rays, &mut hits);
             assert_eq!(hits, scene.intersect(&rays), "{name}");
 
             let mut hits = vec![BEFORE_SINGLE; count];
-            scene.intersect_single_into(&singles, &mut hits);
-            assert_eq!(hits, scene.intersect_single(&singles), "{name}");
+            scene.intersect_f32_into(&singles, &mut hits);
+            assert_eq!(hits, scene.intersect_f32(&singles), "{name}");
 
             // Whatever was there.
             for before in [false, true] {
@@ -57,14 +57,14 @@ fn misses_are_written_too() {
     let past = Ray::new(Vec3::from([0.0, 0.0, 5.0]), Vec3::from([0.0, 0.1, 1.0]));
     let mut rays = vec![past; 100];
     rays[50].direction = Vec3::ZERO;
-    let singles: Vec<SingleRay> = rays.iter().map(single).collect();
+    let singles: Vec<RayF32> = rays.iter().map(single).collect();
     let (mut hits, mut single_hits) = (vec![BEFORE; 100], vec![BEFORE_SINGLE; 100]);
     let mut flags = vec![true; 100];
     scene.intersect_into(&rays, &mut hits);
-    scene.intersect_single_into(&singles, &mut single_hits);
+    scene.intersect_f32_into(&singles, &mut single_hits);
     scene.occluded_into(&rays, &mut flags);
     assert_eq!(hits, vec![Hit::MISS; 100]);
-    assert_eq!(single_hits, vec![SingleHit::MISS; 100]);
+    assert_eq!(single_hits, vec![HitF32::MISS; 100]);
     assert_eq!(flags, vec![false; 100]);
 }
 
@@ -84,7 +84,7 @@ fn there_cannot_be_fewer_hits_than_rays() {
 #[test]
 #[should_panic(expected = "a place for the answer of each ray")]
 fn there_cannot_be_more_single_hits_than_rays() {
-    a_sphere().intersect_single_into(&RAYS.map(|ray| single(&ray)), &mut [SingleHit::MISS; 4]);
+    a_sphere().intersect_f32_into(&RAYS.map(|ray| single(&ray)), &mut [HitF32::MISS; 4]);
 }
 
 #[test]
@@ -94,7 +94,7 @@ fn there_cannot_be_more_flags_than_rays() {
 }
 
 /// The pixels of a picture of a sphere, tile by tile of 8 by 8.
-fn picture(side: usize) -> Vec<SingleRay> {
+fn picture(side: usize) -> Vec<RayF32> {
     let tiles = side / 8;
     let pixel = |number: usize| {
         let (tile, within) = (number / 64, number % 64);
@@ -105,7 +105,7 @@ fn picture(side: usize) -> Vec<SingleRay> {
     (0..side * side).map(pixel).collect()
 }
 
-fn shuffled(rays: &[SingleRay]) -> Vec<SingleRay> {
+fn shuffled(rays: &[RayF32]) -> Vec<RayF32> {
     let (mut rays, mut random) = (rays.to_vec(), Random(42));
     for i in (1..rays.len()).rev() {
         rays.swap(i, random.below(i + 1));
@@ -130,7 +130,7 @@ fn work_is_counted_for_each_ray() {
         assert!(work.nodes > 0 && work.leaves > 0, "{work:?}");
         // Nearly all of this is plain.
         assert!(work.exact * 1000 < work.rays, "{work:?}");
-        assert_eq!(scene.count_work::<SingleRay>(&[], is_any), WorkCounts::default());
+        assert_eq!(scene.count_work::<RayF32>(&[], is_any), WorkCounts::default());
         // The same rays in double precision take the same way.
         let doubles: Vec<Ray> = rays.iter().map(|&ray| Ray::from(ray)).collect();
         assert_eq!(scene.count_work(&doubles, is_any), work);

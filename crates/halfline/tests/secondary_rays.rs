@@ -9,7 +9,7 @@ use common::{Random, grid_cube, meshes, soup, sphere};
 use halfline::geometry::NO_FACE;
 use halfline::mesh::generate::{Kind, generate};
 use halfline::numeric::{PreparedRay, SurfacePoint};
-use halfline::progress::Silent;
+use halfline::progress::NoProgress;
 use halfline::{Hit, Mesh, Ray, Scene, Vec3};
 use num_traits::Signed;
 
@@ -82,8 +82,8 @@ impl Tally {
 fn no_ray_hits_the_face_that_it_leaves() {
     let far = Vec3::from([500_000.0, 5_400_000.0, 12.0]);
     let mut meshes = meshes();
-    meshes.push(("scan", generate(Kind::Scan, 20_000, 1, &Silent).expect("a scan")));
-    meshes.push(("terrain", generate(Kind::Terrain, 5_000, 1, &Silent).expect("a terrain")));
+    meshes.push(("scan", generate(Kind::Scan, 20_000, 1, &NoProgress).expect("a scan")));
+    meshes.push(("terrain", generate(Kind::Terrain, 5_000, 1, &NoProgress).expect("a terrain")));
     meshes.push(("sphere in map coordinates", sphere(5, far, 2.0)));
     meshes.push(("tiny sphere", sphere(4, Vec3::ZERO, 1e-30)));
     meshes.push(("huge sphere", sphere(4, Vec3::ZERO, 1e30)));

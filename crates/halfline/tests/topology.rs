@@ -7,12 +7,12 @@ use std::collections::{BTreeSet, HashMap, HashSet};
 
 use common::{Random, grid_cube, soup, sphere};
 use halfline::mesh::Positions;
-use halfline::progress::{Observer, Silent, Stage};
+use halfline::progress::{NoProgress, Observer, Stage};
 use halfline::topology::{Facing, Found, Target, Topology, examine};
 use halfline::{Error, Mesh, Vec3};
 
 fn topology(mesh: &Mesh) -> Topology {
-    examine(mesh, &Silent).unwrap()
+    examine(mesh, &NoProgress).unwrap()
 }
 
 fn mesh(vertices: &[[f32; 3]], triangles: &[[u32; 3]]) -> Mesh {

@@ -4,23 +4,23 @@ mod common;
 
 use common::engines::build_variants;
 use common::{check_structure, meshes, soup};
-use halfline::build::{BuildParameters, Preset};
+use halfline::builder::{BuildParameters, Preset};
 use halfline::error::Error;
 use halfline::mesh::Positions;
 use halfline::mesh::generate::{Kind, generate};
-use halfline::progress::{Observer, Silent};
-use halfline::tree::KdTree;
+use halfline::progress::{NoProgress, Observer};
+use halfline::tree::Tree;
 use halfline::{Mesh, Ray, Scene, Vec3};
 
 #[test]
 fn trees_are_what_they_should_be() {
     let generated = [Kind::Scan, Kind::Hall, Kind::Soup, Kind::Terrain, Kind::Tree]
-        .map(|kind| (kind.name(), generate(kind, 30_000, 1, &Silent).expect("generates")));
+        .map(|kind| (kind.name(), generate(kind, 30_000, 1, &NoProgress).expect("generates")));
     for (name, mesh) in meshes().into_iter().chain(generated) {
         for parameters in build_variants() {
-            let scene = Scene::build_with(mesh.clone(), &parameters, &Silent).expect("builds");
+            let scene = Scene::build_with(mesh.clone(), &parameters, &NoProgress).expect("builds");
             check_structure(name, scene.tree(), &mesh);
-            let limit = mesh.triangle_count() as f64 * (1.0 + parameters.spare_references);
+            let limit = mesh.triangle_count() as f64 * (1.0 + parameters.duplication_budget);
             assert!(scene.tree().references as f64 <= limit, "{name}: {parameters:?}");
         }
     }
@@ -28,20 +28,21 @@ fn trees_are_what_they_should_be() {
 
 #[test]
 fn the_tree_does_not_depend_on_the_number_of_threads() {
-    let mesh = generate(Kind::Hall, 60_000, 1, &Silent).expect("generates");
+    let mesh = generate(Kind::Hall, 60_000, 1, &NoProgress).expect("generates");
     for preset in Preset::ALL {
         let parameters = BuildParameters::preset(preset);
         let build = |threads| {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
-            pool.expect("a pool")
-                .install(|| Scene::build_with(mesh.clone(), &parameters, &Silent).expect("builds"))
+            pool.expect("a pool").install(|| {
+                Scene::build_with(mesh.clone(), &parameters, &NoProgress).expect("builds")
+            })
         };
         let (one, four) = (build(1), build(4));
         let [one, four] = [one.tree(), four.tree()];
         assert_eq!(one.references, four.references);
-        let bytes = |tree: &KdTree| bytemuck::cast_slice::<_, u8>(&tree.children).to_vec();
+        let bytes = |tree: &Tree| bytemuck::cast_slice::<_, u8>(&tree.children).to_vec();
         assert!(bytes(one) == bytes(four), "{preset:?}: nodes differ");
-        let leaves = |tree: &KdTree| bytemuck::cast_slice::<_, u8>(&tree.leaves.blocks).to_vec();
+        let leaves = |tree: &Tree| bytemuck::cast_slice::<_, u8>(&tree.leaves.blocks).to_vec();
         assert!(leaves(one) == leaves(four), "{preset:?}: leaves differ");
     }
 }
@@ -71,7 +72,7 @@ fn a_build_ends_when_it_is_told_to() {
             true
         }
     }
-    let mesh = generate(Kind::Sphere, 20_000, 1, &Silent).expect("generates");
+    let mesh = generate(Kind::Sphere, 20_000, 1, &NoProgress).expect("generates");
     assert!(matches!(Scene::build(mesh, &Impatient), Err(Error::Interrupted)));
 }
 
@@ -79,21 +80,21 @@ fn a_build_ends_when_it_is_told_to() {
 fn senseless_parameters_are_refused() {
     for (parameters, name) in [
         (
-            BuildParameters { last_cell_triangles: 0, ..BuildParameters::default() },
-            "last_cell_triangles",
+            BuildParameters { spatial_split_min_triangles: 0, ..BuildParameters::default() },
+            "spatial_split_min_triangles",
         ),
         (
-            BuildParameters { spare_references: f64::NAN, ..BuildParameters::default() },
-            "spare_references",
+            BuildParameters { duplication_budget: f64::NAN, ..BuildParameters::default() },
+            "duplication_budget",
         ),
-        (BuildParameters { plane_bins: 0, ..BuildParameters::default() }, "plane_bins"),
-        (BuildParameters { group_bins: 64, ..BuildParameters::default() }, "group_bins"),
+        (BuildParameters { spatial_bins: 0, ..BuildParameters::default() }, "spatial_bins"),
+        (BuildParameters { object_bins: 64, ..BuildParameters::default() }, "object_bins"),
         (
-            BuildParameters { spare_references: -1.0, ..BuildParameters::default() },
-            "spare_references",
+            BuildParameters { duplication_budget: -1.0, ..BuildParameters::default() },
+            "duplication_budget",
         ),
     ] {
-        let error = Scene::build_with(soup([]), &parameters, &Silent).err().expect("an error");
+        let error = Scene::build_with(soup([]), &parameters, &NoProgress).err().expect("an error");
         assert!(error.to_string().starts_with(name), "{error}");
     }
 }

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 use halfline::Scene;
-use halfline::progress::{Silent, Stage};
+use halfline::progress::{NoProgress, Stage};
 use halfline::tree::Verify;
 use serde_json::json;
 
@@ -50,7 +50,7 @@ pub fn run(options: &Options, session: Session) -> Result<(), Failure> {
         session.timed(Stage::Write, |observer| scene.save(&options.output, observer))?;
 
     // What was written has just been summed up: only its first page is looked at.
-    let written = Scene::open(&options.output, Verify::Never, &Silent)?;
+    let written = Scene::open(&options.output, Verify::Never, &NoProgress)?;
     let (bytes, content_hash) = written
         .tree_file()
         .map_or((0, String::new()), |file| (file.bytes(), file.content_hash().to_string()));

@@ -94,8 +94,8 @@ fn tree_figures(tree: &TreeStatistics) -> Value {
     json!({
         "depth": tree.depth,
         "nodes": tree.nodes,
-        "plane_nodes": tree.plane_nodes,
-        "group_nodes": tree.group_nodes,
+        "spatial_splits": tree.spatial_splits,
+        "object_splits": tree.object_splits,
         "leaves": tree.leaves,
         "empty_leaves": tree.empty_leaves,
         "leaves_by_size": tree.leaves_by_size,
@@ -124,8 +124,11 @@ fn bounds_rows(table: &mut Table, bounds: &Aabb) {
 
 fn tree_rows(table: &mut Table, tree: &TreeStatistics) {
     let count = |value: usize| units::count(value as u64);
-    let note =
-        format!("levels, {} planes, {} groups", count(tree.plane_nodes), count(tree.group_nodes));
+    let note = format!(
+        "levels, {} planes, {} groups",
+        count(tree.spatial_splits),
+        count(tree.object_splits)
+    );
     table.row("tree", count(tree.depth), note);
     let note = format!("nodes, expected cost of a line {:.1}", tree.sah_cost);
     table.row("", count(tree.nodes), note);

@@ -164,7 +164,7 @@ fn one_by_one(
 /// # Errors
 /// Those of [`Scene::build`].
 pub fn build_fast(mesh: &Arc<Mesh>, observer: &dyn Observer) -> Result<Ready<'static>> {
-    let parameters = halfline::build::BuildParameters::default();
+    let parameters = halfline::builder::BuildParameters::default();
     Ok(Ready::Fast(Box::new(Scene::build_with(Arc::clone(mesh), &parameters, observer)?)))
 }
 

@@ -183,7 +183,7 @@ mod tests {
 
     use halfline::Scene;
     use halfline::mesh::generate::{Kind, generate};
-    use halfline::progress::Silent;
+    use halfline::progress::NoProgress;
 
     use super::*;
     use crate::{Plan, RenderSettings, Shading, assemble};
@@ -191,12 +191,12 @@ mod tests {
     /// A checksum is no signature: whoever writes it may write anything before it.
     #[test]
     fn senseless_bytes_with_a_right_checksum_do_no_harm() {
-        let scene = Scene::new(generate(Kind::Sphere, 100, 0, &Silent).unwrap()).unwrap();
+        let scene = Scene::new(generate(Kind::Sphere, 100, 0, &NoProgress).unwrap()).unwrap();
         for shading in [Shading::Clay, Shading::Depth, Shading::Steps] {
             let settings =
                 RenderSettings { width: 9, height: 5, shading, ..RenderSettings::default() };
             let plan = Plan::new(&scene, &settings).unwrap();
-            let bytes = plan.trace_rows(0..5, &Silent).unwrap().to_bytes();
+            let bytes = plan.trace_rows(0..5, &NoProgress).unwrap().to_bytes();
             let end = bytes.len() - CHECKSUM_BYTES;
             let mut assembled = 0;
             for at in (0..end).step_by(4) {

@@ -1,10 +1,9 @@
 //! The engine's walk: nodes of up to eight children, leaves of up to eight triangles.
 
-use crate::geometry::{Aabb, Hit, NO_FACE, Ray, vec3};
-use crate::scene::Scene;
-use crate::simd::LANES;
+use crate::geometry::{Aabb, Hit, Ray, vec3};
+use crate::scene::{Scene, inspect};
 use crate::textbook::Visits;
-use crate::tree::{Bounds, KdTree, WideNode, Word};
+use crate::tree::{Bounds, Node, NodeRef, Tree};
 
 /// A node or leaf that a ray came to.
 #[derive(Clone, Debug, PartialEq)]
@@ -51,31 +50,30 @@ impl EngineWalk {
     /// Casts a ray at a scene.
     pub fn through(scene: &Scene, ray: &Ray) -> EngineWalk {
         let tree = scene.tree();
-        let (hit, visits) = scene.watch(ray);
-        let mut places = vec![Place { word: tree.wide.root, depth: 0, bounds: tree.root.bounds }];
+        let (hit, visits) = inspect::record_visits(scene, ray);
+        let mut places = vec![Place { at: tree.root, depth: 0, bounds: tree.bounds }];
         let mut steps = Vec::with_capacity(visits.len());
         let mut counts = Visits::default();
         for visit in visits {
             // A walk comes only to children of nodes that it came to before.
-            let place = places.iter().rposition(|place| place.word == visit.word);
-            let Some(Place { word, depth, bounds }) = place.map(|at| places.swap_remove(at)) else {
+            let place = places.iter().rposition(|place| place.at == visit.place);
+            let Some(Place { at, depth, bounds }) = place.map(|number| places.swap_remove(number))
+            else {
                 continue;
             };
             counts.nodes += 1;
-            let content = if word.is_leaf() {
-                let faces = &tree.leaves.blocks[word.index()].faces;
-                let faces: Vec<u32> =
-                    faces.iter().copied().filter(|&face| face != NO_FACE).collect();
+            let content = if at.is_leaf() {
+                let faces: Vec<u32> = tree.faces(at.index()).collect();
                 counts.leaves += 1;
                 counts.triangles += faces.len() as u64;
                 EngineContent::Leaf { faces }
             } else {
-                let node = &tree.wide.nodes[word.index()];
+                let node = &tree.nodes[at.index()];
                 let before = places.len();
                 places.extend(children(node, depth + 1));
                 EngineContent::Node { children: places.len() - before }
             };
-            let (index, bounds) = (word.index(), user_box(tree, &bounds));
+            let (index, bounds) = (at.index(), user_box(tree, &bounds));
             steps.push(EngineStep { index, depth, bounds, content, t_limit: visit.t_limit });
         }
         EngineWalk { steps, hit, visits: counts }
@@ -84,19 +82,17 @@ impl EngineWalk {
 
 /// Something that the walk may come to.
 struct Place {
-    word: Word,
+    at: NodeRef,
     depth: usize,
     bounds: Bounds,
 }
 
-fn children(node: &WideNode, depth: usize) -> impl Iterator<Item = Place> {
-    node.children().take(LANES).enumerate().map(move |(lane, word)| {
-        let side = |side: usize| std::array::from_fn(|axis| node.planes[axis][side][lane]);
-        Place { word, depth, bounds: Bounds { min: side(0), max: side(1) } }
-    })
+fn children(node: &Node, depth: usize) -> impl Iterator<Item = Place> {
+    let place = move |(lane, at)| Place { at, depth, bounds: node.bounds(lane) };
+    node.children().enumerate().map(place)
 }
 
-fn user_box(tree: &KdTree, bounds: &Bounds) -> Aabb {
+fn user_box(tree: &Tree, bounds: &Bounds) -> Aabb {
     let corner = |[x, y, z]: [f32; 3]| {
         let frame = &tree.frame;
         vec3(frame.to_user(x, 0), frame.to_user(y, 1), frame.to_user(z, 2))

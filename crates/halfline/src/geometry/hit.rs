@@ -28,20 +28,20 @@ impl Hit {
     }
 }
 
-/// What a [`SingleRay`](super::SingleRay) hit. A miss has `t` infinite and `face` equal to
+/// What a [`RayF32`](super::RayF32) hit. A miss has `t` infinite and `face` equal to
 /// [`NO_FACE`].
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 #[repr(C)]
-pub struct SingleHit {
+pub struct HitF32 {
     /// Ray parameter: the double nearest to the exact one, rounded to single precision.
     pub t: f32,
     /// Index of the triangle in the mesh.
     pub face: u32,
 }
 
-impl SingleHit {
+impl HitF32 {
     /// No hit.
-    pub const MISS: SingleHit = SingleHit { t: f32::INFINITY, face: NO_FACE };
+    pub const MISS: HitF32 = HitF32 { t: f32::INFINITY, face: NO_FACE };
 
     /// True unless this is a miss.
     pub fn is_hit(&self) -> bool {

@@ -7,7 +7,7 @@ mod transform;
 mod vec3;
 
 pub use aabb::Aabb;
-pub use hit::{Hit, NO_FACE, SingleHit};
-pub use ray::{Ray, SingleRay};
+pub use hit::{Hit, HitF32, NO_FACE};
+pub use ray::{Ray, RayF32};
 pub use transform::Transform;
 pub use vec3::{Vec3, vec3};

@@ -47,7 +47,7 @@ impl Ray {
 /// A ray in single precision, 32 bytes, for large batches: the ray of the same numbers as doubles.
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 #[repr(C)]
-pub struct SingleRay {
+pub struct RayF32 {
     /// Where t is zero.
     pub origin: [f32; 3],
     /// Smallest t that counts, itself included.
@@ -58,9 +58,9 @@ pub struct SingleRay {
     pub t_max: f32,
 }
 
-impl From<SingleRay> for Ray {
+impl From<RayF32> for Ray {
     #[inline(always)]
-    fn from(ray: SingleRay) -> Ray {
+    fn from(ray: RayF32) -> Ray {
         let [[a, b, c], [x, y, z]] = [ray.origin, ray.direction];
         Ray {
             origin: vec3(f64::from(a), f64::from(b), f64::from(c)),

@@ -144,7 +144,7 @@ pub(crate) mod tests {
     use std::io::Write;
 
     use super::*;
-    use crate::progress::Silent;
+    use crate::progress::NoProgress;
 
     pub(crate) fn compress(content: &[u8]) -> Vec<u8> {
         let mut encoder = flate2::write::GzEncoder::new(Vec::new(), flate2::Compression::default());
@@ -153,7 +153,7 @@ pub(crate) mod tests {
     }
 
     fn inflate_all(compressed: &[u8]) -> Result<Vec<u8>> {
-        inflate(Path::new("x.gz"), compressed, &Silent, &|_| false)
+        inflate(Path::new("x.gz"), compressed, &NoProgress, &|_| false)
     }
 
     #[test]
@@ -196,7 +196,7 @@ pub(crate) mod tests {
     fn bytes_after_what_is_enough_are_not_kept() {
         let stream = compress(&vec![1; 16 << 20]);
         let enough = |content: &[u8]| content.len() > 100;
-        let content = inflate(Path::new("x"), &stream, &Silent, &enough).unwrap();
+        let content = inflate(Path::new("x"), &stream, &NoProgress, &enough).unwrap();
         assert_eq!(content.len(), 4 * CHUNK);
     }
 }

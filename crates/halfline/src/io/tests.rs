@@ -7,7 +7,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use super::gzip::tests::compress;
 use super::*;
 use crate::mesh::Positions;
-use crate::progress::{Silent, Stage};
+use crate::progress::{NoProgress, Stage};
 
 /// A grid of `n` by `n` squares, two triangles each.
 fn grid(n: u32) -> Mesh {
@@ -23,7 +23,7 @@ fn grid(n: u32) -> Mesh {
 fn ply_bytes(mesh: &Mesh) -> Vec<u8> {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("mesh");
-    save_ply(mesh, &path, &Silent).unwrap();
+    save_ply(mesh, &path, &NoProgress).unwrap();
     std::fs::read(path).unwrap()
 }
 
@@ -61,7 +61,7 @@ fn load_as(name: &str, bytes: &[u8]) -> Result<Mesh> {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join(name);
     std::fs::write(&path, bytes).unwrap();
-    load(&path, &Silent)
+    load(&path, &NoProgress)
 }
 
 #[test]
@@ -101,9 +101,9 @@ fn what_cannot_be_loaded_is_named() {
         assert!(error.contains(expected) && !error.contains('\n'), "{name}: {error}");
     }
     let folder = tempfile::tempdir().unwrap();
-    let error = load(folder.path(), &Silent).unwrap_err().to_string();
+    let error = load(folder.path(), &NoProgress).unwrap_err().to_string();
     assert!(error.contains("directory"), "{error}");
-    let error = load(&folder.path().join("no.ply"), &Silent).unwrap_err().to_string();
+    let error = load(&folder.path().join("no.ply"), &NoProgress).unwrap_err().to_string();
     assert!(error.contains("no.ply"), "{error}");
 }
 
@@ -249,7 +249,7 @@ fn a_pipe_is_read_like_a_file() {
     let writer = std::thread::spawn(move || input.write_all(&bytes).unwrap());
     use std::os::fd::AsRawFd;
     let path = PathBuf::from(format!("/dev/fd/{}", output.as_raw_fd()));
-    assert_eq!(load(&path, &Silent).unwrap(), mesh);
+    assert_eq!(load(&path, &NoProgress).unwrap(), mesh);
     writer.join().unwrap();
     cat.wait().unwrap();
 }

@@ -304,10 +304,10 @@ fn find_first_uses<P>(partitions: &[Partition<P>], chunk: usize) -> FirstUses {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::progress::{Silent, Stage};
+    use crate::progress::{NoProgress, Stage};
 
     fn weld_all<P: Point>(corners: &[[P; 3]]) -> Welded<P> {
-        let progress = ByteProgress::new(&Silent, Stage::Load, 0);
+        let progress = ByteProgress::new(&NoProgress, Stage::Load, 0);
         weld(corners.len(), |i| corners[i], 0, &progress).unwrap()
     }
 

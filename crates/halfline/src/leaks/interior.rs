@@ -85,7 +85,7 @@ fn chord_middles(
                 Ray::with_range(through, direction, f64::NEG_INFINITY, f64::INFINITY)
             })
             .collect();
-        let all = scene.intersect_all_observed(&lines, &Quiet(observer))?;
+        let all = scene.observed(&Quiet(observer)).intersect_all(&lines)?;
         for (i, line) in lines.iter().enumerate() {
             let crossings = &all.hits[all.splits[i]..all.splits[i + 1]];
             let longest = crossings
@@ -105,9 +105,9 @@ fn inside(scene: &Scene, point: Vec3) -> Option<Place> {
     for direction in DIRECTIONS.into_iter().flat_map(|d| [Vec3::from(d), -Vec3::from(d)]) {
         let ray = Ray::new(point, direction);
         crossings.clear();
-        caster.all(&ray, &mut crossings);
+        caster.intersect_all(&ray, &mut crossings);
         // On the surface t is zero exactly.
-        clearance = clearance.min(caster.closest(&ray).t);
+        clearance = clearance.min(caster.intersect(&ray).map_or(f64::INFINITY, |hit| hit.t));
         if crossings.len().is_multiple_of(2) || clearance == 0.0 {
             return None;
         }

@@ -189,10 +189,10 @@ impl LeakReport {
         observer: &dyn Observer,
     ) -> Result<()> {
         let start = Instant::now();
-        let closest = scene.intersect_observed(rays, observer)?;
+        let closest = scene.observed(observer).intersect(rays)?;
         self.closest_time += start.elapsed();
         let start = Instant::now();
-        let all = scene.intersect_all_observed(rays, &Quiet(observer))?;
+        let all = scene.observed(&Quiet(observer)).intersect_all(rays)?;
         self.crossings_time += start.elapsed();
 
         for (i, (ray, &target)) in rays.iter().zip(targets).enumerate() {

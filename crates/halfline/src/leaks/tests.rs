@@ -4,7 +4,7 @@ use super::*;
 use crate::geometry::{Hit, vec3};
 use crate::mesh::generate::{Kind, generate};
 use crate::mesh::{Mesh, Positions};
-use crate::progress::Silent;
+use crate::progress::NoProgress;
 use crate::topology::examine;
 
 fn hit(t: f64) -> Hit {
@@ -89,14 +89,14 @@ fn targets_are_spread_evenly() {
 }
 
 fn aimed(mesh: Mesh, rays: usize) -> LeakReport {
-    let topology = examine(&mesh, &Silent).unwrap();
+    let topology = examine(&mesh, &NoProgress).unwrap();
     let scene = Scene::new(mesh).unwrap();
-    aim(&scene, &topology, &Options { rays, seed: 3 }, &Silent).unwrap()
+    aim(&scene, &topology, &Options { rays, seed: 3 }, &NoProgress).unwrap()
 }
 
 #[test]
 fn a_sphere_is_aimed_at_from_four_points_inside() {
-    let sphere = generate(Kind::Sphere, 1200, 0, &Silent).unwrap();
+    let sphere = generate(Kind::Sphere, 1200, 0, &NoProgress).unwrap();
     // 602 vertices and 1,800 edges.
     let report = aimed(sphere, 10_000);
     assert!(report.from_inside && report.is_clean(), "{report:?}");
@@ -111,8 +111,8 @@ fn a_sphere_is_aimed_at_from_four_points_inside() {
 
 #[test]
 fn every_ray_through_a_hole_is_seen() {
-    let sphere = generate(Kind::Sphere, 1200, 0, &Silent).unwrap();
-    let topology = examine(&sphere, &Silent).unwrap();
+    let sphere = generate(Kind::Sphere, 1200, 0, &NoProgress).unwrap();
+    let topology = examine(&sphere, &NoProgress).unwrap();
     // Collapse the faces around a vertex, of which the topology does not know.
     let lost = 77;
     let mut triangles = sphere.triangles().to_vec();
@@ -126,7 +126,7 @@ fn every_ray_through_a_hole_is_seen() {
     let targets: Vec<Target> = (0..topology.target_count()).map(|i| topology.target(i)).collect();
     let rays: Vec<Ray> =
         targets.iter().map(|t| Ray::new(Vec3::ZERO, t.position(&sphere))).collect();
-    report.cast_rays(&scene, &rays, &targets, &Silent).unwrap();
+    report.cast_rays(&scene, &rays, &targets, &NoProgress).unwrap();
     // The vertex and the middles of the edges at it are lost; those of the rim are touched.
     assert_eq!((report.leaks, report.late_hits), (1 + spokes, 0));
     assert!((1 + spokes..1 + 3 * spokes).contains(&report.wrong_parities), "{report:?}");
@@ -191,7 +191,7 @@ fn nothing_is_aimed_at_where_nothing_is() {
 fn a_closed_surface_without_an_inside_is_aimed_at_from_around() {
     let corners = vec![[0.0, 0.0, 3.0], [1.0, 0.0, 3.0], [1.0, 1.0, 3.0]];
     let mesh = Mesh::new(Positions::F32(corners.into()), vec![[0, 1, 2], [0, 2, 1]]).unwrap();
-    assert!(examine(&mesh, &Silent).unwrap().is_closed());
+    assert!(examine(&mesh, &NoProgress).unwrap().is_closed());
     let report = aimed(mesh, 1000);
     assert!(!report.from_inside && report.is_clean(), "{report:?}");
     assert!(report.certain_rays > 0);

@@ -96,7 +96,7 @@ impl Deref for Bytes {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::progress::Silent;
+    use crate::progress::NoProgress;
 
     fn accept_all(_: &[u8]) -> Result<()> {
         Ok(())
@@ -107,20 +107,21 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("a");
         std::fs::write(&path, b"abc").unwrap();
-        let bytes = Bytes::open(&path, &Silent, &accept_all).unwrap();
+        let bytes = Bytes::open(&path, &NoProgress, &accept_all).unwrap();
         assert!(matches!(bytes, Bytes::Mapped(_)));
         assert_eq!(&*bytes, b"abc");
         std::fs::write(&path, b"").unwrap();
-        let bytes = Bytes::open(&path, &Silent, &accept_all).unwrap();
+        let bytes = Bytes::open(&path, &NoProgress, &accept_all).unwrap();
         assert!(matches!(&bytes, Bytes::Owned(v) if v.is_empty()));
     }
 
     #[test]
     fn a_folder_and_a_missing_file_are_errors_that_name_them() {
         let folder = tempfile::tempdir().unwrap();
-        let error = Bytes::open(folder.path(), &Silent, &accept_all).unwrap_err().to_string();
+        let error = Bytes::open(folder.path(), &NoProgress, &accept_all).unwrap_err().to_string();
         assert!(error.contains("directory"), "{error}");
-        let error = Bytes::open(&folder.path().join("none.ply"), &Silent, &accept_all).unwrap_err();
+        let error =
+            Bytes::open(&folder.path().join("none.ply"), &NoProgress, &accept_all).unwrap_err();
         assert!(error.to_string().contains("none.ply"), "{error}");
     }
 
@@ -130,7 +131,7 @@ mod tests {
             assert!(first.len() as u64 <= STREAM_CHUNK);
             Err(Error::invalid("stream", "refused"))
         };
-        let error = read_stream(Path::new("zeros"), std::io::repeat(0), &Silent, &refuse);
+        let error = read_stream(Path::new("zeros"), std::io::repeat(0), &NoProgress, &refuse);
         assert_eq!(error.unwrap_err().to_string(), "stream: refused");
     }
 
@@ -143,7 +144,8 @@ mod tests {
             Ok(())
         };
         let bytes =
-            read_stream(Path::new("s"), std::io::repeat(7).take(length), &Silent, &accept).unwrap();
+            read_stream(Path::new("s"), std::io::repeat(7).take(length), &NoProgress, &accept)
+                .unwrap();
         assert_eq!(bytes.len() as u64, length);
         assert_eq!(seen.get(), 1);
     }

@@ -32,7 +32,6 @@ mod edge_function;
 mod exact;
 mod frame;
 mod hit_point;
-mod leaf_filter;
 mod power_of_two;
 mod ray_triangle;
 mod surface_point;
@@ -42,11 +41,9 @@ pub use frame::Frame;
 pub(crate) use hit_point::{
     BARYCENTRIC_ERROR, CORRECTION_ERROR, MAX_DETERMINANT_ERROR, POINT_ERROR, WEIGHT_ERROR,
 };
-pub(crate) use leaf_filter::{
-    CENTER_ERROR, FARTHEST_CENTER, SINGLE_ROUNDOFF, SLACK, projection_axes,
+pub use ray_triangle::{
+    Contact, Interval, LineIntersection, PreparedRay, TakeIntersection, Touched,
 };
-pub use leaf_filter::{CornerLanes, LeafFilter};
-pub use ray_triangle::{Bounds, Contact, Meeting, PreparedRay, TakeMeeting, Touched};
 pub use surface_point::SurfacePoint;
 
 pub(crate) use border::{Touch, complete_hits, has_edges};
@@ -55,3 +52,6 @@ pub(crate) use frame::{FRAME_ERROR, round_down, round_up};
 pub(crate) use power_of_two::{exponent_of, scale_vector, two_powers};
 pub(crate) use ray_triangle::is_nearer;
 pub use ray_triangle::is_zero_area;
+
+/// Half the distance from 1 to the next single-precision number.
+pub(crate) const F32_ROUNDOFF: f64 = f32::EPSILON as f64 / 2.0;

@@ -149,7 +149,7 @@ pub struct Contact {
 
 /// A line that meets a closed triangle, at a t that is not known yet.
 #[derive(Clone, Copy, Debug)]
-pub struct Meeting {
+pub struct LineIntersection {
     /// The triangle.
     pub corners: [Vec3; 3],
     /// The edge functions, each named by the corner opposite to the edge.
@@ -158,7 +158,7 @@ pub struct Meeting {
     signs: [i8; 3],
 }
 
-impl Meeting {
+impl LineIntersection {
     /// Where in the triangle.
     pub fn touched(&self) -> Touched {
         Touched::of(self.signs)
@@ -188,7 +188,7 @@ impl Meeting {
     /// Two numbers between which t is, by the edge functions as weights of the corners; nearly for
     /// nothing, and good enough to tell most triangles apart.
     #[inline(always)]
-    pub fn bounds(&self, ray: &PreparedRay) -> Bounds {
+    pub fn bounds(&self, ray: &PreparedRay) -> Interval {
         // Take the mean of the corners along the axis that the ray follows most.
         let [a, b, c] = &self.corners;
         let along = [
@@ -214,14 +214,14 @@ impl Meeting {
             && SAFE_T.contains(&t.abs())
             && error < SAFE_T.end
             && inverse.abs() < LARGEST_INVERSE;
-        if is_bounded { Bounds { low: t - error, high: t + error } } else { Bounds::UNKNOWN }
+        if is_bounded { Interval { low: t - error, high: t + error } } else { Interval::UNKNOWN }
     }
 }
 
 /// What goes on with meetings.
-pub trait TakeMeeting {
+pub trait TakeIntersection {
     /// Takes the meeting of the line of `ray` with `face`, whose t may be out of range.
-    fn take(&mut self, ray: &PreparedRay, meeting: &Meeting, face: u32);
+    fn take(&mut self, ray: &PreparedRay, meeting: &LineIntersection, face: u32);
 }
 
 /// What is certain about the signs of three edge functions.
@@ -264,20 +264,20 @@ const LARGEST_INVERSE: f64 = f64::from_bits((1023 + 900) << 52);
 
 /// Doubles between which the exact t lies, and so the double nearest to it.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Bounds {
+pub struct Interval {
     /// t is no smaller.
     pub low: f64,
     /// t is no larger.
     pub high: f64,
 }
 
-impl Bounds {
+impl Interval {
     /// Of a t that may be anything.
-    pub const UNKNOWN: Bounds = Bounds { low: f64::NEG_INFINITY, high: f64::INFINITY };
+    pub const UNKNOWN: Interval = Interval { low: f64::NEG_INFINITY, high: f64::INFINITY };
 
     /// Of a t that is known.
-    pub fn exactly(t: f64) -> Bounds {
-        Bounds { low: t, high: t }
+    pub fn exactly(t: f64) -> Interval {
+        Interval { low: t, high: t }
     }
 }
 
@@ -302,7 +302,7 @@ impl PreparedRay {
 
     /// Whether a hit at a t within `bounds` counts, or `None` if it depends.
     #[inline]
-    pub fn are_in_range(&self, bounds: Bounds) -> Option<bool> {
+    pub fn are_in_range(&self, bounds: Interval) -> Option<bool> {
         if bounds.high < self.t_min || bounds.low > self.t_max {
             Some(false)
         } else if self.t_min <= bounds.low && bounds.high <= self.t_max && bounds.high.is_finite() {
@@ -317,11 +317,11 @@ impl PreparedRay {
     /// NaN or infinite corners are never met: no sign of their edge functions is certain, and the
     /// exact path refuses them.
     #[inline]
-    pub fn meet_line(&self, corners: [Vec3; 3]) -> Option<Meeting> {
+    pub fn meet_line(&self, corners: [Vec3; 3]) -> Option<LineIntersection> {
         let edges = self.edges_of(&corners);
         match certain_sign_of(&edges) {
             Sign::Both => None,
-            Sign::One(sign) => Some(Meeting { corners, edges, signs: [sign; 3] }),
+            Sign::One(sign) => Some(LineIntersection { corners, edges, signs: [sign; 3] }),
             Sign::Open => self.meet_closely(corners, edges),
         }
     }
@@ -329,12 +329,17 @@ impl PreparedRay {
     /// [`PreparedRay::meet_line`] that goes on with what it finds instead of returning it: an answer
     /// from either path would go through memory, and reading at once what was just written stalls.
     #[inline(always)]
-    pub fn meet_line_then<T: TakeMeeting>(&self, corners: [Vec3; 3], face: u32, taker: &mut T) {
+    pub fn intersect_line_then<T: TakeIntersection>(
+        &self,
+        corners: [Vec3; 3],
+        face: u32,
+        taker: &mut T,
+    ) {
         let edges = self.edges_of(&corners);
         match certain_sign_of(&edges) {
             Sign::Both => {}
             Sign::One(sign) => {
-                taker.take(self, &Meeting { corners, edges, signs: [sign; 3] }, face);
+                taker.take(self, &LineIntersection { corners, edges, signs: [sign; 3] }, face);
             }
             Sign::Open => self.meet_closely_then(corners, edges, face, taker),
         }
@@ -342,7 +347,7 @@ impl PreparedRay {
 
     #[cold]
     #[inline(never)]
-    fn meet_closely_then<T: TakeMeeting>(
+    fn meet_closely_then<T: TakeIntersection>(
         &self,
         corners: [Vec3; 3],
         edges: [Bounded; 3],
@@ -367,10 +372,10 @@ impl PreparedRay {
 
     /// The rest of [`PreparedRay::meet_line`], where signs are open.
     #[cold]
-    fn meet_closely(&self, corners: [Vec3; 3], edges: [Bounded; 3]) -> Option<Meeting> {
+    fn meet_closely(&self, corners: [Vec3; 3], edges: [Bounded; 3]) -> Option<LineIntersection> {
         let signs = self.exact_signs(&corners, &edges)?;
         let is_met = signs.contains(&1) != signs.contains(&-1);
-        is_met.then_some(Meeting { corners, edges, signs })
+        is_met.then_some(LineIntersection { corners, edges, signs })
     }
 
     /// The signs of edge functions; `None` for corners that are not finite.

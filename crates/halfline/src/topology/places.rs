@@ -66,7 +66,7 @@ pub fn find(positions: &Positions, progress: &SharedProgress) -> Result<Places> 
 mod tests {
     use super::*;
     use crate::mesh::Mesh;
-    use crate::progress::Silent;
+    use crate::progress::NoProgress;
 
     #[test]
     fn the_lowest_vertex_stands_for_its_place() {
@@ -81,7 +81,7 @@ mod tests {
             [1.0, 0.0, 2.0],
         ];
         let mesh = Mesh::new(Positions::F32(vertices.into()), Vec::new()).unwrap();
-        let places = find(mesh.positions(), &super::super::begin(&Silent, &mesh)).unwrap();
+        let places = find(mesh.positions(), &super::super::begin(&NoProgress, &mesh)).unwrap();
         assert_eq!(places.of_vertex, [0, 1, 0, 1, 4, 5, 0]);
         assert_eq!(places.duplicates, 3);
     }
@@ -101,7 +101,7 @@ mod tests {
         hashes.dedup();
         assert!(hashes.len() < count, "no hash is shared, and the test shows nothing");
         let mesh = Mesh::new(positions, Vec::new()).unwrap();
-        let places = find(mesh.positions(), &super::super::begin(&Silent, &mesh)).unwrap();
+        let places = find(mesh.positions(), &super::super::begin(&NoProgress, &mesh)).unwrap();
         assert_eq!(places.duplicates, 1000);
         let expected = |i: usize| (i % count) as u32;
         assert!(places.of_vertex.iter().enumerate().all(|(i, &place)| place == expected(i)));

@@ -1,35 +1,26 @@
-//! From rays to hits.
+//! From rays to what they hit: the walk through the tree.
+//!
+//! [`single`] walks with one ray, and is the loop to read first. [`stream`] keeps many rays under way, each on a
+//! walk of its own, and [`packet`] takes rays that go together as one; both give the same bits as `single`.
+//! What happens in a leaf is in [`leaf`].
 
-mod all_rows;
-mod around_point;
-mod batch;
-mod bundle;
+mod answers;
 mod cast;
-mod caster;
-pub mod columns;
-mod filter_lanes;
-mod hit_lanes;
-mod leaf_kernel;
-mod leaf_test;
-#[cfg(feature = "variants")]
-mod plain;
-mod plane_lanes;
+mod feeder;
+mod leaf;
+mod packet;
+mod point;
+mod prefetch;
 mod query;
-mod queue;
-mod ray_group;
-mod second_look;
-mod slab;
-mod walk;
-mod watched;
-mod wide_ray;
+mod single;
+mod stack;
+mod step_limit;
+mod stream;
+mod verdict;
 
-pub use batch::{
-    AllHits, BatchRay, Target, WorkCounts, intersect, intersect_into, intersect_single,
-    intersect_single_into,
-};
-pub use caster::Caster;
-pub use leaf_kernel::{LeafVerdict, leaf_verdict};
-#[cfg(feature = "variants")]
-pub use plain::PlainCaster;
-pub use walk::RayCounters;
-pub use watched::{Visit, watch};
+pub use answers::{Answers, CancelCheck, FoundHits, HitColumns, HitCounts};
+pub use cast::{Cast, Target, Visit, record_visits};
+pub use query::{AllContacts, AnyHit, ClosestHit, Query};
+pub use single::{Caster, RayCounters};
+pub use stream::cast;
+pub use verdict::{LeafVerdict, leaf_verdict};

@@ -9,7 +9,10 @@ use super::BLOCK_SIZE;
 use crate::geometry::{NO_FACE, Vec3, vec3};
 use crate::map::Buffer;
 use crate::mesh::Mesh;
-use crate::numeric::{CornerLanes, Frame};
+use crate::numeric::Frame;
+
+/// Corners of eight triangles, by corner, axis and triangle, in frame coordinates.
+pub type CornerLanes = [[[f32; BLOCK_SIZE]; 3]; 3];
 
 /// A leaf's triangles as a vector unit wants them: the corners as structure of arrays, then the
 /// face indices. Five cache lines.

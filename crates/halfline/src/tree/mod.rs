@@ -1,93 +1,94 @@
-//! The kd-tree that the engine walks: nodes, the leaves' triangles, statistics.
+//! The tree that rays walk: nodes of eight children over leaves of eight triangles, and its file.
+//!
+//! In the terms of today's literature it is a spatial-split BVH (M. Stich, H. Friedrich, A. Dietrich,
+//! "Spatial Splits in Bounding Volume Hierarchies", HPG 2009), collapsed to eight children (BVH8); with the
+//! preset `fast` it has no spatial splits. The lecture's kd-tree is [`textbook`](crate::textbook).
 
 mod bounds;
+mod collinear;
 pub mod file;
 mod leaf_block;
 mod node;
-mod on_line;
+mod node_ref;
 mod parameters;
 mod statistics;
-mod wide_node;
 
 pub use bounds::Bounds;
+pub use collinear::{CollinearCorner, CollinearFaces};
 pub use file::{ContentHash, TreeFile, Verify, is_tree_file};
-pub use leaf_block::{LeafBlock, LeafBlocks, LeafFaces};
-pub use node::{Children, Node, NodeKind, Split};
-pub use on_line::{CornerOnLine, FacesOnLine};
+pub use leaf_block::{CornerLanes, LeafBlock, LeafBlocks, LeafFaces};
+pub use node::Node;
+pub use node_ref::NodeRef;
 pub use parameters::{BuildParameters, Preset};
 pub use statistics::TreeStatistics;
-pub use wide_node::{WideNode, WideTree, Word};
 
+use crate::geometry::NO_FACE;
 use crate::map::Buffer;
 use crate::numeric::Frame;
 
-/// Gives up on a tree that no builder made. [`Scene::guarded`](crate::Scene::guarded) makes an error of
-/// it.
+/// Panics about a tree that no builder made. [`Scene::guarded`](crate::Scene::guarded) makes an error of it.
 #[cold]
-pub(crate) fn give_up() -> ! {
+pub(crate) fn panic_corrupt_tree() -> ! {
     panic!("the tree is damaged: a walk goes in circles")
 }
-
-/// No leaf lies deeper than this below the root: the builder's promise, which sizes the stacks.
-pub const MAX_DEPTH: usize = 128;
 
 /// Leaves hold at most this many triangles: one block of the machine's vector unit.
 pub const BLOCK_SIZE: usize = 8;
 
-/// A kd-tree over the triangles of a mesh.
+/// No walk has more references on its stack than this: the builder's promise, which bounds what a file
+/// may ask for.
+pub const MAX_STACK_SIZE: usize = 1024;
+
+/// The tree over the triangles of a mesh.
 ///
-/// Near the root, nodes are kd cells: planes of the surface-area heuristic cut space, and
-/// triangles that reach through a plane are referenced on both sides. Inside the last cells
-/// triangles are grouped without cutting, into leaves of at most [`BLOCK_SIZE`]. Every node knows
-/// the tight box of what its cell holds, so empty space needs no cells of its own.
+/// Every node knows the tight boxes of its up to eight children. A triangle that a spatial split cut is
+/// referenced by leaves on both sides; triangles that object splits divided are referenced once. Leaves
+/// hold at most [`BLOCK_SIZE`] triangles.
 #[derive(Clone, Debug)]
-pub struct KdTree {
-    /// Maps user coordinates to those of the nodes' boxes.
+pub struct Tree {
+    /// Maps user coordinates to those of the boxes.
     pub frame: Frame,
-    /// The root; a leaf of no triangles for an empty mesh.
-    pub root: Node,
-    /// All other nodes, as pairs of siblings, depth first.
-    pub children: Buffer<Children>,
-    /// The same, collapsed to nodes of up to eight children: what rays walk.
-    pub wide: WideTree,
+    /// The tight box of all that can be hit.
+    pub bounds: Bounds,
+    /// Where a walk begins: a node, a leaf, or [`NodeRef::END`] for a mesh in which nothing can be hit.
+    pub root: NodeRef,
+    /// All nodes, depth first.
+    pub nodes: Buffer<Node>,
+    /// How many references a walk may have on its stack at one time.
+    pub max_stack_size: usize,
     /// No frame coordinate of a corner is larger.
     pub reach: f32,
     /// The triangles of the leaves.
     pub leaves: LeafBlocks,
     /// References to triangles, all leaves together.
     pub references: usize,
-    /// Those of the faces left out that have edges.
-    pub on_line: FacesOnLine,
+    /// How many spatial splits the builder made.
+    pub spatial_splits: usize,
+    /// How many object splits the builder made.
+    pub object_splits: usize,
+    /// The faces of no area that have edges nevertheless.
+    pub collinear: CollinearFaces,
     /// Faces left out since their three corners lie on one line.
     pub skipped_zero_area: usize,
     /// Faces left out since a coordinate is NaN or infinite.
     pub skipped_non_finite: usize,
 }
 
-impl KdTree {
-    /// The faces of a leaf.
+impl Tree {
+    /// The faces of the leaf whose block has this index.
     #[inline]
-    pub fn faces(&self, block: u32, count: u32) -> &[u32] {
-        &self.leaves.blocks[block as usize].faces[..count as usize]
+    pub fn faces(&self, block: usize) -> impl Iterator<Item = u32> + '_ {
+        self.leaves.blocks[block].faces.iter().copied().take_while(|&face| face != NO_FACE)
     }
 
-    /// No walk goes through more binary nodes, leaves included: none comes to a node twice. A tree in a
-    /// file that was damaged after it was opened may go in circles; what walks a tree gives up beyond
-    /// this.
-    pub fn most_steps(&self) -> usize {
-        2 * self.children.len() + 1
+    /// No walk comes to more nodes and leaves, since none comes to one twice. A tree in a file that was
+    /// damaged after it was opened may go in circles; what walks a tree panics beyond this.
+    pub fn max_steps(&self) -> usize {
+        self.nodes.len() + self.leaves.blocks.len()
     }
 
-    /// The same for wide nodes and leaves.
-    pub fn most_wide_steps(&self) -> usize {
-        self.wide.nodes.len() + self.leaves.blocks.len()
-    }
-
-    /// Bytes of the nodes, the leaves, and the faces on a line.
+    /// Bytes of the nodes, the leaves, and the collinear faces.
     pub fn bytes(&self) -> usize {
-        size_of_val(&self.children[..])
-            + size_of_val(&self.wide.nodes[..])
-            + size_of_val(&self.leaves.blocks[..])
-            + self.on_line.bytes()
+        size_of_val(&self.nodes[..]) + size_of_val(&self.leaves.blocks[..]) + self.collinear.bytes()
     }
 }

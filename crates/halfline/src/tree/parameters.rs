@@ -5,19 +5,18 @@ use crate::error::{Error, Result};
 /// How the tree is built.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BuildParameters {
-    /// Cells of at most this many triangles are not cut by planes any more, but grouped. Smaller
-    /// values give more references and a larger tree. At least 1.
-    pub last_cell_triangles: usize,
-    /// References beyond the first that all triangles together may have, for each triangle. Bounds
-    /// the memory. Between 0 (no triangle is ever cut) and 16.
-    pub spare_references: f64,
-    /// Slabs of each axis of a cell between which planes are looked for: 16, 32 or 64.
-    pub plane_bins: usize,
-    /// Bins of each axis between which groups are divided: 8, 16 or 32.
-    pub group_bins: usize,
-    /// Above last cells, too, divides triangles into groups where that costs clearly less than the best
-    /// plane.
-    pub weighs_groups: bool,
+    /// Cells of at most this many triangles are divided by object splits alone. Smaller values give more
+    /// references and a larger tree. At least 1.
+    pub spatial_split_min_triangles: usize,
+    /// How many references beyond the first spatial splits may give to all triangles together, for each
+    /// triangle. Bounds the memory. Between 0 (no triangle is ever cut) and 16.
+    pub duplication_budget: f64,
+    /// Bins of each axis of a cell between which spatial splits are looked for: 16, 32 or 64.
+    pub spatial_bins: usize,
+    /// Bins of each axis between which object splits are looked for: 8, 16 or 32.
+    pub object_bins: usize,
+    /// In larger cells, too, takes an object split where that costs clearly less than the best spatial split.
+    pub weigh_object_splits: bool,
     /// Sorts the triangles into a grid first, and builds a tree over its cells and one in each: saves
     /// most of the time. No triangle is cut then.
     pub coarse_grid: bool,
@@ -58,28 +57,34 @@ impl BuildParameters {
     /// The parameters that a preset stands for.
     pub const fn preset(preset: Preset) -> BuildParameters {
         let balanced = BuildParameters {
-            last_cell_triangles: 256,
-            spare_references: 1.0,
-            plane_bins: 32,
-            group_bins: 16,
-            weighs_groups: false,
+            spatial_split_min_triangles: 256,
+            duplication_budget: 1.0,
+            spatial_bins: 32,
+            object_bins: 16,
+            weigh_object_splits: false,
             coarse_grid: false,
         };
         match preset {
             Preset::Fast => BuildParameters {
-                spare_references: 0.0,
-                group_bins: 8,
+                duplication_budget: 0.0,
+                object_bins: 8,
                 coarse_grid: true,
                 ..balanced
             },
             Preset::Balanced => balanced,
             Preset::Best => BuildParameters {
-                last_cell_triangles: 32,
-                plane_bins: 64,
-                weighs_groups: true,
+                spatial_split_min_triangles: 32,
+                spatial_bins: 64,
+                weigh_object_splits: true,
                 ..balanced
             },
         }
+    }
+
+    /// The name of the preset that has these parameters; "custom" if there is none.
+    pub fn preset_name(&self) -> &'static str {
+        let is_preset = |preset: &Preset| BuildParameters::preset(*preset) == *self;
+        Preset::ALL.into_iter().find(is_preset).map_or("custom", Preset::name)
     }
 
     /// Refuses values that make no sense.
@@ -87,16 +92,16 @@ impl BuildParameters {
     /// # Errors
     /// [`Error::Invalid`] naming the parameter that is out of its range.
     pub fn check(&self) -> Result<()> {
-        if self.last_cell_triangles == 0 {
-            return Err(Error::invalid("last_cell_triangles", "must be at least 1"));
+        if self.spatial_split_min_triangles == 0 {
+            return Err(Error::invalid("spatial_split_min_triangles", "must be at least 1"));
         }
-        if !(0.0..=16.0).contains(&self.spare_references) {
-            let reason = format!("must be between 0 and 16, not {}", self.spare_references);
-            return Err(Error::invalid("spare_references", reason));
+        if !(0.0..=16.0).contains(&self.duplication_budget) {
+            let reason = format!("must be between 0 and 16, not {}", self.duplication_budget);
+            return Err(Error::invalid("duplication_budget", reason));
         }
         for (name, value, [few, some, many]) in [
-            ("plane_bins", self.plane_bins, [16, 32, 64]),
-            ("group_bins", self.group_bins, [8, 16, 32]),
+            ("spatial_bins", self.spatial_bins, [16, 32, 64]),
+            ("object_bins", self.object_bins, [8, 16, 32]),
         ] {
             if ![few, some, many].contains(&value) {
                 let reason = format!("must be {few}, {some} or {many}, not {value}");

@@ -1,22 +1,22 @@
 //! The figures of a tree.
 
-use super::{BLOCK_SIZE, Bounds, Children, KdTree, Node, NodeKind, Split};
+use super::{Bounds, NodeRef, Tree};
 
 /// What `halfline info` tells about a tree.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct TreeStatistics {
-    /// Levels below the root.
+    /// Levels of nodes and leaves below the root.
     pub depth: usize,
-    /// Nodes, leaves included.
+    /// Nodes of up to eight children, without the leaves.
     pub nodes: usize,
-    /// Inner nodes that cut space by a plane.
-    pub plane_nodes: usize,
-    /// Inner nodes that divide triangles into groups.
-    pub group_nodes: usize,
+    /// How often the builder cut space by a plane.
+    pub spatial_splits: usize,
+    /// How often the builder divided triangles without cutting them.
+    pub object_splits: usize,
     /// Leaves.
     pub leaves: usize,
-    /// Leaves without a triangle.
-    pub empty_leaves: usize,
+    /// Children of a node, on the average.
+    pub children_per_node: f64,
     /// How many leaves hold i triangles, for each i.
     pub leaves_by_size: Vec<usize>,
     /// References to triangles, all leaves together.
@@ -24,56 +24,55 @@ pub struct TreeStatistics {
     /// References for each triangle that has any.
     pub references_per_triangle: f64,
     /// Expected cost of a line that meets the root's box, by the surface-area heuristic: one for
-    /// each inner node entered, one for each block of triangles tested.
+    /// each node entered, one for each leaf.
     pub sah_cost: f64,
     /// Bytes of the tree, without the mesh.
     pub bytes: usize,
-    /// The same for each triangle that has references.
+    /// Bytes of the tree for each triangle that has references.
     pub bytes_per_triangle: f64,
 }
 
-impl KdTree {
+impl Tree {
     /// Counts through the whole tree. `triangles` is the number of faces of the mesh.
     pub fn statistics(&self, triangles: usize) -> TreeStatistics {
         let mut statistics = TreeStatistics {
+            nodes: self.nodes.len(),
+            spatial_splits: self.spatial_splits,
+            object_splits: self.object_splits,
             references: self.references,
             bytes: self.bytes(),
             ..TreeStatistics::default()
         };
-        let root_area = half_area(&self.root.bounds);
-        let mut pending: Vec<(Node, usize)> = vec![(self.root, 0)];
-        while let Some((node, depth)) = pending.pop() {
-            statistics.nodes += 1;
-            if statistics.nodes > self.most_steps() {
-                super::give_up();
+        let root_area = half_area(&self.bounds);
+        let (mut steps, mut children) = (0, 0);
+        let mut pending = vec![(self.root, self.bounds, 0)];
+        while let Some((place, bounds, depth)) = pending.pop() {
+            if place == NodeRef::END {
+                continue;
+            }
+            steps += 1;
+            if steps > self.max_steps() {
+                super::panic_corrupt_tree();
             }
             statistics.depth = statistics.depth.max(depth);
-            let probability =
-                if root_area > 0.0 { half_area(&node.bounds) / root_area } else { 1.0 };
-            match node.kind() {
-                NodeKind::Leaf { count, .. } => {
-                    // More would be damage.
-                    let count = (count as usize).min(BLOCK_SIZE);
-                    statistics.leaves += 1;
-                    statistics.empty_leaves += usize::from(count == 0);
-                    if statistics.leaves_by_size.len() <= count {
-                        statistics.leaves_by_size.resize(count + 1, 0);
-                    }
-                    statistics.leaves_by_size[count] += 1;
-                    statistics.sah_cost += probability * count.div_ceil(BLOCK_SIZE) as f64;
+            statistics.sah_cost +=
+                if root_area > 0.0 { half_area(&bounds) / root_area } else { 1.0 };
+            if place.is_leaf() {
+                let count = self.faces(place.index()).count();
+                statistics.leaves += 1;
+                if statistics.leaves_by_size.len() <= count {
+                    statistics.leaves_by_size.resize(count + 1, 0);
                 }
-                NodeKind::Inner { children, split } => {
-                    match split {
-                        Split::Plane { .. } => statistics.plane_nodes += 1,
-                        Split::Groups { .. } => statistics.group_nodes += 1,
-                    }
-                    statistics.sah_cost += probability;
-                    let Children([first, second]) = self.children[children as usize];
-                    pending.push((second, depth + 1));
-                    pending.push((first, depth + 1));
-                }
+                statistics.leaves_by_size[count] += 1;
+                continue;
+            }
+            let node = &self.nodes[place.index()];
+            for (lane, child) in node.children().enumerate() {
+                children += 1;
+                pending.push((child, node.bounds(lane), depth + 1));
             }
         }
+        statistics.children_per_node = children as f64 / statistics.nodes.max(1) as f64;
         let kept = triangles.saturating_sub(self.skipped_zero_area + self.skipped_non_finite);
         if kept > 0 {
             statistics.references_per_triangle = statistics.references as f64 / kept as f64;

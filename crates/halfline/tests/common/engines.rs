@@ -1,22 +1,24 @@
 //! Every engine under trial, and what they answer.
 
-use halfline::build::{BuildParameters, Preset};
+use halfline::builder::{BuildParameters, Preset};
 use halfline::mesh::Positions;
-use halfline::progress::Silent;
+use halfline::progress::NoProgress;
 use halfline::simd::Level;
 use halfline::textbook::{
     KdTree, Middle, Node, ObjectMedian, SplittingRule, SurfaceArea, Termination,
 };
 use halfline::tree::{NodeKind, Split};
-use halfline::{Hit, Mesh, Ray, Scene, SingleRay, brute_force};
+use halfline::{Hit, Mesh, Ray, RayF32, Scene, brute_force};
 
 use super::contact::{Answers, Case};
 
 /// How trees are built in the tests: with many planes, with none, and as each preset has it.
 pub fn build_variants() -> Vec<BuildParameters> {
     let balanced = BuildParameters::default();
-    let many = BuildParameters { last_cell_triangles: 1, spare_references: 16.0, ..balanced };
-    let none = BuildParameters { last_cell_triangles: 8, spare_references: 0.0, ..balanced };
+    let many =
+        BuildParameters { spatial_split_min_triangles: 1, duplication_budget: 16.0, ..balanced };
+    let none =
+        BuildParameters { spatial_split_min_triangles: 8, duplication_budget: 0.0, ..balanced };
     [many, none].into_iter().chain(Preset::ALL.map(BuildParameters::preset)).collect()
 }
 
@@ -80,7 +82,7 @@ pub fn bits(answers: &Answers) -> (bool, Vec<[u64; 4]>) {
 
 /// Rays that are the same in single precision have the same answers, with t rounded.
 fn check_single_precision(scene: &Scene, rays: &[Ray], closest: &[Hit], any: &[bool]) {
-    let single = |ray: &Ray| SingleRay {
+    let single = |ray: &Ray| RayF32 {
         origin: ray.origin.to_array().map(|x| x as f32),
         t_min: ray.t_min as f32,
         direction: ray.direction.to_array().map(|x| x as f32),
@@ -88,8 +90,8 @@ fn check_single_precision(scene: &Scene, rays: &[Ray], closest: &[Hit], any: &[b
     };
     let is_same = |i: &usize| Ray::from(single(&rays[*i])) == rays[*i];
     let numbers: Vec<usize> = (0..rays.len()).filter(is_same).collect();
-    let singles: Vec<SingleRay> = numbers.iter().map(|&i| single(&rays[i])).collect();
-    let (hits, flags) = (scene.intersect_single(&singles), scene.occluded(&singles));
+    let singles: Vec<RayF32> = numbers.iter().map(|&i| single(&rays[i])).collect();
+    let (hits, flags) = (scene.intersect_f32(&singles), scene.occluded(&singles));
     for ((i, hit), flag) in numbers.into_iter().zip(hits).zip(flags) {
         let found = (hit.face, hit.t.to_bits(), flag);
         let expected = (closest[i].face, (closest[i].t as f32).to_bits(), any[i]);
@@ -134,7 +136,7 @@ pub fn check_engines(mesh: &Mesh, cases: &[Case], turn: usize) -> Result<(), Str
 
     for (i, parameters) in build_variants().iter().enumerate() {
         let mesh = meshes[(turn + i) % meshes.len()].clone();
-        let mut scene = Scene::build_with(mesh, parameters, &Silent).expect("builds");
+        let mut scene = Scene::build_with(mesh, parameters, &NoProgress).expect("builds");
         let name = format!("engine, {parameters:?}, turn {turn}");
         check(&format!("{name}, batch"), by_batch(&mut scene, &rays))?;
         if (turn / 2 + i).is_multiple_of(2) {

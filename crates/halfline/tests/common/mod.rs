@@ -16,7 +16,7 @@ pub use random::Random;
 use halfline::mesh::Positions;
 use halfline::numeric::PreparedRay;
 use halfline::tree::{
-    BLOCK_SIZE, Bounds, KdTree, LeafBlock, MAX_DEPTH, Node, NodeKind, Split, WideNode, Word,
+    BLOCK_SIZE, Bounds, LeafBlock, MAX_DEPTH, Node, NodeKind, NodeRef, Split, Tree,
 };
 use halfline::{Mesh, Ray, Vec3};
 
@@ -293,7 +293,7 @@ fn contains(outer: &Bounds, inner: &Bounds) -> bool {
 }
 
 /// A leaf's corners are the nearest that single precision has.
-fn check_rounding(name: &str, tree: &KdTree, mesh: &Mesh, block: &LeafBlock, lane: usize) {
+fn check_rounding(name: &str, tree: &Tree, mesh: &Mesh, block: &LeafBlock, lane: usize) {
     for (number, corner) in mesh.corners(block.faces[lane]).into_iter().enumerate() {
         let exact = tree.frame.point(corner);
         for axis in 0..3 {
@@ -305,7 +305,7 @@ fn check_rounding(name: &str, tree: &KdTree, mesh: &Mesh, block: &LeafBlock, lan
 }
 
 /// Walks the whole tree and fails unless it is what `tree/` says.
-pub fn check_structure(name: &str, tree: &KdTree, mesh: &Mesh) {
+pub fn check_structure(name: &str, tree: &Tree, mesh: &Mesh) {
     let mut seen = vec![false; mesh.triangle_count()];
     let mut referenced = 0;
     let mut pending: Vec<(Node, usize)> = vec![(tree.root, 0)];
@@ -346,7 +346,7 @@ pub fn check_structure(name: &str, tree: &KdTree, mesh: &Mesh) {
 
 /// Fails unless the wide tree holds each leaf of the binary one once, in boxes that hold those of
 /// what is below them, visits all children in any octant, and says how many may wait.
-fn check_wide(name: &str, tree: &KdTree) {
+fn check_wide(name: &str, tree: &Tree) {
     let mut boxes = vec![None; tree.leaves.blocks.len()];
     for node in tree.children.iter().flat_map(|pair| pair.0).chain([tree.root]) {
         if let NodeKind::Leaf { first, .. } = node.kind() {
@@ -355,12 +355,12 @@ fn check_wide(name: &str, tree: &KdTree) {
     }
     let wide = &tree.wide;
     let mut waiting = vec![0; wide.nodes.len()];
-    let bounds_in = |node: &WideNode, lane: usize| {
+    let bounds_in = |node: &Node, lane: usize| {
         let side = |side: usize| [0, 1, 2].map(|axis| node.planes[axis][side][lane]);
         Bounds { min: side(0), max: side(1) }
     };
     for (number, node) in wide.nodes.iter().enumerate().rev() {
-        let children: Vec<Word> = node.children().collect();
+        let children: Vec<NodeRef> = node.children().collect();
         assert!(children.len() >= 2, "{name}: {children:?}");
         for order in node.orders {
             let mut lanes: Vec<u32> = (0..8).map(|step| order >> (3 * step) & 7).collect();
@@ -388,7 +388,7 @@ fn check_wide(name: &str, tree: &KdTree) {
     if wide.root.is_leaf() {
         boxes[wide.root.index()] = None;
     }
-    assert_eq!(wide.most_waiting, waiting.first().copied().unwrap_or(0), "{name}");
+    assert_eq!(wide.max_stack_size, waiting.first().copied().unwrap_or(0), "{name}");
     let lost = boxes.iter().flatten().filter(|bounds| !bounds.is_empty()).count();
     assert_eq!(lost, 0, "{name}: leaves that no node has");
 }

@@ -2,7 +2,7 @@ use std::fs;
 
 use halfline::io::gltf::read;
 use halfline::mesh::{Material, Mesh};
-use halfline::progress::Silent;
+use halfline::progress::NoProgress;
 use serde_json::{Value, json};
 
 use super::gltf_build::{Build, glb_of};
@@ -427,7 +427,7 @@ fn buffers_and_images_beside_the_file() {
     fs::write(folder.join("my parts/a.bin"), [&build.binary[..], b"padding"].concat()).unwrap();
     fs::write(folder.join("red.jpg"), include_bytes!("red.jpg")).unwrap();
     let path = folder.join("scene.gltf");
-    let read_with = |uri: &str| read(&path, &build.with_uri(uri), &Silent);
+    let read_with = |uri: &str| read(&path, &build.with_uri(uri), &NoProgress);
     for uri in ["my parts/a.bin", "my%20parts/a.bin", "./my%20parts//./a.bin"] {
         assert_eq!(points(&read_with(uri).unwrap()), TRIANGLE, "{uri}");
     }
@@ -459,7 +459,7 @@ fn buffers_and_images_beside_the_file() {
     }
 
     let build = with(&build, "/images/0", json!({"uri": "red.jpg"}));
-    let mesh = read(&path, &build.embedded(), &Silent).unwrap();
+    let mesh = read(&path, &build.embedded(), &NoProgress).unwrap();
     let [red, green, blue, alpha] = mesh.vertex_colors.unwrap()[0];
     assert!(red > 245 && green < 10 && blue < 10 && alpha == 255, "{red} {green} {blue}");
 }

@@ -12,14 +12,14 @@ use std::sync::atomic::{AtomicU64, Ordering};
 
 use halfline::error::{Error, Result};
 use halfline::mesh::{Mesh, Positions};
-use halfline::progress::{Observer, Silent, Stage};
+use halfline::progress::{NoProgress, Observer, Stage};
 
 /// One of the readers.
 type Read = fn(&Path, &[u8], &dyn Observer) -> Result<Mesh>;
 
 /// The mesh in a file that has no folder around it.
 fn mesh_of(read: Read, content: impl AsRef<[u8]>) -> Mesh {
-    read(Path::new("no-such-folder/mesh"), content.as_ref(), &Silent).unwrap()
+    read(Path::new("no-such-folder/mesh"), content.as_ref(), &NoProgress).unwrap()
 }
 
 fn points(mesh: &Mesh) -> Vec<[f64; 3]> {
@@ -34,7 +34,7 @@ fn is_single_precision(mesh: &Mesh) -> bool {
 fn assert_fails(read: Read, content: impl AsRef<[u8]>, place: &str, reason: &str) {
     let content = content.as_ref();
     let shown = String::from_utf8_lossy(&content[..content.len().min(300)]).into_owned();
-    match read(Path::new("no-such-folder/mesh"), content, &Silent) {
+    match read(Path::new("no-such-folder/mesh"), content, &NoProgress) {
         Ok(mesh) => panic!("{} triangles read from {shown}", mesh.triangle_count()),
         Err(error) => {
             let message = error.to_string();

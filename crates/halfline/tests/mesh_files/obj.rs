@@ -3,7 +3,7 @@ use std::path::Path;
 
 use halfline::io::obj::read;
 use halfline::mesh::Material;
-use halfline::progress::Silent;
+use halfline::progress::NoProgress;
 
 use super::{assert_fails, assert_reports_and_stops, is_single_precision, mesh_of, points};
 
@@ -144,7 +144,7 @@ fn materials_come_from_libraries_in_the_folder() {
         v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\n\
         f 1 2 3\nf 1 2 3 4\nusemtl red\nf 1 2 3 4\nusemtl shiny wax\nf 1 2 3\nusemtl out\nf 1 2 3\n\
         usemtl glass\nf 1 2 3\nusemtl mirror\nf 1 2 3";
-    let mesh = read(&path, text.as_bytes(), &Silent).unwrap();
+    let mesh = read(&path, text.as_bytes(), &NoProgress).unwrap();
     let roughness = (2.0_f32 / 32.0).powf(0.25);
     let base = Material::default();
     let expected = [
@@ -164,7 +164,7 @@ fn materials_come_from_libraries_in_the_folder() {
     assert_eq!(materials, [4, 4, 4, 0, 0, 1, 4, 3, 2]);
 
     fs::write(folder.join("bad.mtl"), "newmtl a\nNs very\n").unwrap();
-    let error = read(&path, b"mtllib bad.mtl\nv 0 0 0\n", &Silent).unwrap_err().to_string();
+    let error = read(&path, b"mtllib bad.mtl\nv 0 0 0\n", &NoProgress).unwrap_err().to_string();
     assert!(error.ends_with("bad.mtl: line 2: `very` is not a number"), "{error}");
 }
 
@@ -181,7 +181,7 @@ fn progress_and_interruption() {
 fn every_truncation_is_read_or_refused() {
     let text = b"mtllib x.mtl\nv 0 0 0 1 1 1\nv 1 0 0\nv 1 1 0\nv 0 1 \\\n0\nusemtl a\nf 1/1 2//2 3/3/3 -1\nf 1 2 3\n";
     for length in 0..=text.len() {
-        if let Ok(mesh) = read(Path::new("mesh"), &text[..length], &Silent) {
+        if let Ok(mesh) = read(Path::new("mesh"), &text[..length], &NoProgress) {
             assert!(mesh.triangle_count() <= 3);
         }
     }

@@ -1,7 +1,7 @@
 use std::path::Path;
 
 use halfline::io::off::read;
-use halfline::progress::Silent;
+use halfline::progress::NoProgress;
 
 use super::{assert_fails, assert_reports_and_stops, is_single_precision, mesh_of, points};
 
@@ -131,7 +131,7 @@ fn progress_and_interruption() {
 fn every_truncation_is_read_or_refused() {
     let text = b"STCNOFF # x\n4 2 0\n0 0 0 0 0 1 1 0 0 .5 .5\n1 0 0 0 0 1 0 .5 0 0 0\n1 1 0 0 0 1 1 1 1 0 0\n0 1 0 0 0 1 1 1 1 0 0\n4 0 1 2 3\n3 0 1 2 0.1 0.1 0.1\n";
     for length in 0..=text.len() {
-        if let Ok(mesh) = read(Path::new("mesh"), &text[..length], &Silent) {
+        if let Ok(mesh) = read(Path::new("mesh"), &text[..length], &NoProgress) {
             assert!(mesh.triangle_count() <= 3);
         }
     }

@@ -5,9 +5,9 @@ use std::os::unix::fs::FileExt;
 use std::path::Path;
 
 use halfline::geometry::vec3;
-use halfline::progress::Silent;
+use halfline::progress::NoProgress;
 use halfline::tree::Verify;
-use halfline::{Error, Ray, Scene, SingleRay};
+use halfline::{Error, Ray, RayF32, Scene};
 
 use crate::common::Random;
 use crate::{full_scene, rays};
@@ -32,13 +32,13 @@ pub fn ask_everything(scene: &Scene, step: usize) -> usize {
         Ray::new(vec3(0.0, 0.0, 0.1), vec3(angle.cos(), angle.sin(), 0.3 * (2.0 * angle).sin()))
     });
     let all: Vec<Ray> = bundle.chain(around).step_by(step).collect();
-    let single = |ray: &Ray| SingleRay {
+    let single = |ray: &Ray| RayF32 {
         origin: ray.origin.to_array().map(|x| x as f32),
         t_min: 0.0,
         direction: ray.direction.to_array().map(|x| x as f32),
         t_max: f32::INFINITY,
     };
-    let singles: Vec<SingleRay> = all.iter().map(single).collect();
+    let singles: Vec<RayF32> = all.iter().map(single).collect();
     let by_one = || {
         for ray in &all {
             scene.closest(ray);
@@ -48,11 +48,11 @@ pub fn ask_everything(scene: &Scene, step: usize) -> usize {
         Ok(())
     };
     let answered = [
-        is_answered(scene.intersect_observed(&all, &Silent)),
-        is_answered(scene.intersect_single_observed(&singles, &Silent)),
-        is_answered(scene.occluded_observed(&all, &Silent)),
-        is_answered(scene.intersect_all_observed(&all, &Silent)),
-        is_answered(scene.count_intersections_observed(&singles, &Silent)),
+        is_answered(scene.intersect_observed(&all, &NoProgress)),
+        is_answered(scene.intersect_f32_observed(&singles, &NoProgress)),
+        is_answered(scene.occluded_observed(&all, &NoProgress)),
+        is_answered(scene.intersect_all_observed(&all, &NoProgress)),
+        is_answered(scene.count_intersections_observed(&singles, &NoProgress)),
         is_answered(scene.guarded(by_one)),
         is_answered(scene.guarded(|| Ok(scene.tree_statistics()))),
         is_answered(scene.guarded(|| Ok(scene.mesh().bounds()))),
@@ -83,7 +83,7 @@ fn damage_under_the_map_does_no_harm() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("tree.hlt");
     let scene = full_scene();
-    scene.save(&path, &Silent).unwrap();
+    scene.save(&path, &NoProgress).unwrap();
     let whole = fs::read(&path).unwrap();
     let mut random = Random(11);
     let (mut answered, mut asked) = (0, 0);
@@ -92,7 +92,7 @@ fn damage_under_the_map_does_no_harm() {
         if turn % 2 == 0 {
             damage(&path, &mut random);
         }
-        let opened = Scene::open(&path, Verify::Never, &Silent).expect("is not looked at");
+        let opened = Scene::open(&path, Verify::Never, &NoProgress).expect("is not looked at");
         damage(&path, &mut random);
         answered += ask_everything(&opened, 1);
         asked += 8;
@@ -106,8 +106,8 @@ fn damage_under_the_map_does_no_harm() {
 fn a_tree_that_goes_in_circles_is_given_up() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("tree.hlt");
-    full_scene().save(&path, &Silent).unwrap();
-    let opened = Scene::open(&path, Verify::Always, &Silent).unwrap();
+    full_scene().save(&path, &NoProgress).unwrap();
+    let opened = Scene::open(&path, Verify::Always, &NoProgress).unwrap();
     let whole = fs::read(&path).unwrap();
     let section = |number: usize| {
         let word = |at: usize| u64::from_le_bytes(whole[at..at + 8].try_into().unwrap()) as usize;
@@ -146,17 +146,17 @@ fn a_file_cut_short_is_an_error_and_not_the_end() {
     let scene = full_scene();
     let rays = rays(scene.mesh(), 2000);
     let expected = scene.intersect(&rays);
-    scene.save(&path, &Silent).unwrap();
+    scene.save(&path, &NoProgress).unwrap();
     let whole = fs::read(&path).unwrap();
     for length in [whole.len() / 2, 5000, 4096, 0] {
         fs::write(&path, &whole).unwrap();
-        let opened = Scene::open(&path, Verify::Never, &Silent).unwrap();
+        let opened = Scene::open(&path, Verify::Never, &NoProgress).unwrap();
         assert_eq!(opened.intersect(&rays), expected);
         File::options().write(true).open(&path).unwrap().set_len(length as u64).unwrap();
-        let error = opened.intersect_observed(&rays, &Silent).unwrap_err().to_string();
+        let error = opened.intersect_observed(&rays, &NoProgress).unwrap_err().to_string();
         assert!(error.contains("tree.hlt") && error.contains("cut short"), "{error}");
         ask_everything(&opened, 1);
-        assert!(opened.save(&folder.path().join("copy.hlt"), &Silent).is_err());
+        assert!(opened.save(&folder.path().join("copy.hlt"), &NoProgress).is_err());
         assert!(!folder.path().join("copy.hlt").exists());
     }
 }

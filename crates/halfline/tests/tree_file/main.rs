@@ -13,13 +13,13 @@ use common::engines::{bits, build_variants, by_batch, by_engine};
 use common::{Random, meshes, nasty_ray, sphere};
 use halfline::mesh::generate::{Kind, generate};
 use halfline::mesh::{Material, Positions};
-use halfline::progress::{Observer, Silent, Stage};
+use halfline::progress::{NoProgress, Observer, Stage};
 use halfline::tree::{TreeFile, Verify, is_tree_file};
 use halfline::{Error, Mesh, Ray, Scene, Vec3};
 
 /// A scene of some thousand triangles that has every array that a mesh can have.
 fn full_scene() -> Scene {
-    let mut mesh = generate(Kind::Scan, 3000, 0, &Silent).expect("generates");
+    let mut mesh = generate(Kind::Scan, 3000, 0, &NoProgress).expect("generates");
     let (triangles, vertices) = (mesh.triangle_count() as u32, mesh.positions().len());
     mesh.source_faces = Some((0..triangles).map(|t| t / 2).collect());
     mesh.vertex_colors = Some((0..vertices).map(|v| [v as u8, 1, 2, 255]).collect());
@@ -29,7 +29,7 @@ fn full_scene() -> Scene {
 }
 
 fn open(path: &Path) -> Scene {
-    Scene::open(path, Verify::Always, &Silent).expect("opens")
+    Scene::open(path, Verify::Always, &NoProgress).expect("opens")
 }
 
 fn rays(mesh: &Mesh, count: usize) -> Vec<Ray> {
@@ -50,8 +50,9 @@ fn what_is_opened_answers_as_what_was_saved() {
     let path = folder.path().join("tree.hlt");
     for (name, mesh) in meshes() {
         for parameters in build_variants() {
-            let mut scene = Scene::build_with(mesh.clone(), &parameters, &Silent).expect("builds");
-            scene.save(&path, &Silent).expect("saves");
+            let mut scene =
+                Scene::build_with(mesh.clone(), &parameters, &NoProgress).expect("builds");
+            scene.save(&path, &NoProgress).expect("saves");
             let mut opened = open(&path);
             assert!(mesh_bits(opened.mesh()) == mesh_bits(scene.mesh()), "{name}");
             assert_eq!(opened.build_parameters(), &parameters, "{name}");
@@ -72,7 +73,7 @@ fn a_mesh_keeps_all_that_it_has() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("tree.hlt");
     let scene = full_scene();
-    scene.save(&path, &Silent).unwrap();
+    scene.save(&path, &NoProgress).unwrap();
     let opened = open(&path);
     assert!(opened.mesh() == scene.mesh());
     assert_eq!(opened.build_time(), Duration::from_secs_f64(scene.build_time().as_secs_f64()));
@@ -86,7 +87,7 @@ fn a_mesh_keeps_all_that_it_has() {
 
     // What was opened can be saved, over itself too, and the one that is open goes on.
     let before = opened.tree_file().unwrap().content_hash();
-    opened.save(&path, &Silent).unwrap();
+    opened.save(&path, &NoProgress).unwrap();
     let again = open(&path);
     assert_eq!(again.tree_file().unwrap().content_hash(), before);
     assert!(again.mesh() == opened.mesh() && opened.mesh() == scene.mesh());
@@ -97,7 +98,7 @@ fn the_content_hash_tells_meshes_and_trees_apart_and_nothing_else() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("tree.hlt");
     let hashes = |scene: &Scene| {
-        scene.save(&path, &Silent).unwrap();
+        scene.save(&path, &NoProgress).unwrap();
         let opened = open(&path);
         let file: &TreeFile = opened.tree_file().unwrap();
         (file.content_hash(), file.mesh_hash())
@@ -108,7 +109,7 @@ fn the_content_hash_tells_meshes_and_trees_apart_and_nothing_else() {
     assert_eq!(hashes(&Scene::new(mesh.clone()).unwrap()), first);
 
     let [.., other] = build_variants()[..] else { panic!("there are some") };
-    let otherwise = hashes(&Scene::build_with(mesh.clone(), &other, &Silent).unwrap());
+    let otherwise = hashes(&Scene::build_with(mesh.clone(), &other, &NoProgress).unwrap());
     assert_ne!(otherwise.0, first.0);
     assert_eq!(otherwise.1, first.1);
 
@@ -129,7 +130,7 @@ fn the_specified_bytes_are_where_the_specification_says() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("tree.hlt");
     let scene = full_scene();
-    scene.save(&path, &Silent).unwrap();
+    scene.save(&path, &NoProgress).unwrap();
     let bytes = std::fs::read(&path).unwrap();
     let number = |at: usize| u64::from_le_bytes(bytes[at..at + 8].try_into().unwrap());
     assert_eq!(&bytes[..8], b"\x89HLT\r\n\x1a\n");
@@ -151,7 +152,7 @@ fn the_specified_bytes_are_where_the_specification_says() {
 fn trees_are_known_by_their_first_bytes_or_their_name() {
     let folder = tempfile::tempdir().unwrap();
     let at = |name: &str| folder.path().join(name);
-    full_scene().save(&at("tree.bin"), &Silent).unwrap();
+    full_scene().save(&at("tree.bin"), &NoProgress).unwrap();
     std::fs::write(at("mesh.ply"), "ply\n").unwrap();
     std::fs::write(at("other.HLT"), "ply\n").unwrap();
     assert!(is_tree_file(&at("tree.bin")));
@@ -160,14 +161,14 @@ fn trees_are_known_by_their_first_bytes_or_their_name() {
     assert!(is_tree_file(&at("missing.hlt")));
     assert!(!is_tree_file(&at("missing.ply")));
     // A mesh reader says what to do with one.
-    let error = halfline::io::load(&at("tree.bin"), &Silent).unwrap_err().to_string();
+    let error = halfline::io::load(&at("tree.bin"), &NoProgress).unwrap_err().to_string();
     assert!(error.contains("tree.bin") && error.contains("tree"), "{error}");
 }
 
 /// Ends the work at its nth report of a stage.
-struct Ending(Stage, std::sync::atomic::AtomicI64);
+struct HitPrecision(Stage, std::sync::atomic::AtomicI64);
 
-impl Observer for Ending {
+impl Observer for HitPrecision {
     fn report(&self, stage: Stage, _: u64, _: u64) {
         if stage == self.0 {
             self.1.fetch_sub(1, std::sync::atomic::Ordering::Relaxed);
@@ -184,15 +185,15 @@ fn writing_and_verifying_can_be_interrupted_and_leave_what_was_there() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("tree.hlt");
     let scene = full_scene();
-    scene.save(&path, &Silent).unwrap();
+    scene.save(&path, &NoProgress).unwrap();
     let before = std::fs::read(&path).unwrap();
     for reports in [0, 1, 5, 12] {
-        let error = scene.save(&path, &Ending(Stage::Write, reports.into())).unwrap_err();
+        let error = scene.save(&path, &HitPrecision(Stage::Write, reports.into())).unwrap_err();
         assert!(matches!(error, Error::Interrupted), "{error}");
         assert!(std::fs::read(&path).unwrap() == before);
         assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 1, "nothing is left behind");
     }
-    let ending = Ending(Stage::Load, 1.into());
+    let ending = HitPrecision(Stage::Load, 1.into());
     let error = Scene::open(&path, Verify::Always, &ending).err().unwrap();
     assert!(matches!(error, Error::Interrupted), "{error}");
 }

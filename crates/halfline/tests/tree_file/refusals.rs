@@ -5,7 +5,7 @@ use std::os::unix::fs::FileExt;
 use std::path::Path;
 use std::time::SystemTime;
 
-use halfline::progress::Silent;
+use halfline::progress::NoProgress;
 use halfline::tree::Verify;
 use halfline::{Error, Scene};
 
@@ -14,7 +14,7 @@ use crate::full_scene;
 
 /// The line that says why a file is refused. It names the file.
 fn refusal(path: &Path, verify: Verify) -> String {
-    let error = match Scene::open(path, verify, &Silent) {
+    let error = match Scene::open(path, verify, &NoProgress) {
         Ok(_) => panic!("{} was opened", path.display()),
         Err(error) => error.to_string(),
     };
@@ -31,7 +31,7 @@ fn change(path: &Path, at: usize, bytes: &[u8]) {
 fn every_damaged_byte_is_noticed() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("tree.hlt");
-    full_scene().save(&path, &Silent).unwrap();
+    full_scene().save(&path, &NoProgress).unwrap();
     let whole = fs::read(&path).unwrap();
     let mut random = Random(3);
     let anywhere = (0..200).map(|_| random.below(whole.len()));
@@ -44,22 +44,22 @@ fn every_damaged_byte_is_noticed() {
         }
         change(&path, at, &whole[at..=at]);
     }
-    Scene::open(&path, Verify::Always, &Silent).expect("whole again");
+    Scene::open(&path, Verify::Always, &NoProgress).expect("whole again");
 }
 
 #[test]
 fn a_file_that_was_not_touched_is_not_verified_and_one_that_was_is() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("tree.hlt");
-    full_scene().save(&path, &Silent).unwrap();
+    full_scene().save(&path, &NoProgress).unwrap();
     let time = path.metadata().unwrap().modified().unwrap();
     change(&path, 5000, &[99]);
     let file = File::options().write(true).open(&path).unwrap();
 
     // Damaged behind the back of the file system.
     file.set_modified(time).unwrap();
-    Scene::open(&path, Verify::IfTouched, &Silent).expect("is not looked at");
-    Scene::open(&path, Verify::Never, &Silent).expect("is not looked at");
+    Scene::open(&path, Verify::IfTouched, &NoProgress).expect("is not looked at");
+    Scene::open(&path, Verify::Never, &NoProgress).expect("is not looked at");
     assert!(refusal(&path, Verify::Always).contains("bytes 4096 to"));
     file.set_modified(SystemTime::now()).unwrap();
     assert!(refusal(&path, Verify::IfTouched).contains("binary nodes"));
@@ -69,7 +69,7 @@ fn a_file_that_was_not_touched_is_not_verified_and_one_that_was_is() {
 fn truncated_longer_foreign_and_other_files_are_refused_in_one_line() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("tree.hlt");
-    full_scene().save(&path, &Silent).unwrap();
+    full_scene().save(&path, &NoProgress).unwrap();
     let whole = fs::read(&path).unwrap();
     for verify in [Verify::IfTouched, Verify::Never] {
         let refused = |bytes: &[u8]| {
@@ -99,7 +99,7 @@ fn truncated_longer_foreign_and_other_files_are_refused_in_one_line() {
         assert!(refused(&with(12, &[1, 2, 3, 4])).contains("another order"));
     }
 
-    let missing = Scene::open(&folder.path().join("none.hlt"), Verify::Always, &Silent);
+    let missing = Scene::open(&folder.path().join("none.hlt"), Verify::Always, &NoProgress);
     assert!(matches!(missing, Err(Error::Io { .. })));
     assert!(refusal(folder.path(), Verify::Always).contains("directory"));
     assert!(refusal(Path::new("/dev/null"), Verify::Always).contains("regular file"));
@@ -119,7 +119,7 @@ fn forge(whole: &[u8], at: usize, bytes: &[u8]) -> Vec<u8> {
 fn forged_headers_are_refused_for_what_is_wrong_with_them() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("tree.hlt");
-    full_scene().save(&path, &Silent).unwrap();
+    full_scene().save(&path, &NoProgress).unwrap();
     let whole = fs::read(&path).unwrap();
     let number = |at: usize| u64::from_le_bytes(whole[at..at + 8].try_into().unwrap());
     let section = |section: usize| 72 + 16 * section;
@@ -156,7 +156,7 @@ fn forged_headers_are_refused_for_what_is_wrong_with_them() {
 fn impossible_headers_are_refused() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("tree.hlt");
-    full_scene().save(&path, &Silent).unwrap();
+    full_scene().save(&path, &NoProgress).unwrap();
     let whole = fs::read(&path).unwrap();
     let mut random = Random(9);
     let mut opened = 0;
@@ -172,7 +172,7 @@ fn impossible_headers_are_refused() {
         let checksum = twox_hash::XxHash3_64::oneshot(&forged[..4096]);
         forged[32..40].copy_from_slice(&checksum.to_le_bytes());
         fs::write(&path, &forged).unwrap();
-        match Scene::open(&path, Verify::Never, &Silent) {
+        match Scene::open(&path, Verify::Never, &NoProgress) {
             Ok(scene) => {
                 opened += 1;
                 crate::damage::ask_everything(&scene, 24);

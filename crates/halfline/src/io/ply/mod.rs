@@ -24,7 +24,7 @@ use self::schema::Schema;
 use super::progress::ByteProgress;
 use crate::error::{Error, Result};
 use crate::mesh::{Mesh, Positions};
-use crate::progress::{Observer, Silent, Stage};
+use crate::progress::{NoProgress, Observer, Stage};
 
 pub(super) use header::is_ply;
 pub use writer::save;
@@ -79,6 +79,6 @@ pub(super) fn is_complete(bytes: &[u8], limit: usize) -> bool {
     }
     match header.encoding {
         Encoding::Ascii => ascii::is_complete(&header, bytes),
-        _ => !matches!(layout::locate(&header, bytes, &Silent), Err(Failure::Short { .. })),
+        _ => !matches!(layout::locate(&header, bytes, &NoProgress), Err(Failure::Short { .. })),
     }
 }

@@ -75,7 +75,7 @@ fn ply(encoding: &str, tables: &[Table]) -> Vec<u8> {
 }
 
 fn read_bytes(bytes: &[u8]) -> Result<Mesh> {
-    read(Path::new("test.ply"), bytes, &Silent)
+    read(Path::new("test.ply"), bytes, &NoProgress)
 }
 
 fn error_of(bytes: &[u8]) -> String {
@@ -578,8 +578,8 @@ proptest! {
     fn what_is_written_is_read_again(mesh in any_mesh()) {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("mesh.ply");
-        save_ply(&mesh, &path, &Silent).unwrap();
-        prop_assert_eq!(load(&path, &Silent).unwrap(), mesh);
+        save_ply(&mesh, &path, &NoProgress).unwrap();
+        prop_assert_eq!(load(&path, &NoProgress).unwrap(), mesh);
     }
 
     #[test]

@@ -3,7 +3,7 @@
 use proptest::prelude::*;
 
 use super::*;
-use crate::progress::Silent;
+use crate::progress::NoProgress;
 
 const TETRAHEDRON: [[[f32; 3]; 3]; 4] = [
     [[0., 0., 0.], [0., 1., 0.], [1., 0., 0.]],
@@ -37,7 +37,7 @@ fn ascii_text(facets: &[[[f32; 3]; 3]]) -> String {
 }
 
 fn read_bytes(bytes: &[u8]) -> Result<Mesh> {
-    read(Path::new("test.stl"), bytes, &Silent)
+    read(Path::new("test.stl"), bytes, &NoProgress)
 }
 
 fn error_of(bytes: &[u8]) -> String {

@@ -63,7 +63,7 @@ fn dealt(index: usize, things: usize, parts: usize) -> (usize, usize, usize) {
 mod tests {
     use super::dealt;
     use crate::mesh::generate::{Kind, generate};
-    use crate::progress::Silent;
+    use crate::progress::NoProgress;
 
     #[test]
     fn things_are_dealt_evenly_and_in_order() {
@@ -82,7 +82,7 @@ mod tests {
     #[test]
     fn layers_lie_closer_than_their_triangles_are_wide() {
         // Between its lowest and its highest corner, a square of a sheet has more than one other sheet.
-        let mesh = generate(Kind::Layers, 200_000, 0, &Silent).unwrap();
+        let mesh = generate(Kind::Layers, 200_000, 0, &NoProgress).unwrap();
         let sheets = (100_000_f64).sqrt();
         for t in 0..mesh.triangle_count() as u32 {
             let corners = mesh.corners(t);

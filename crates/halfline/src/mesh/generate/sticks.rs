@@ -65,12 +65,12 @@ fn to_wall(point: Vec3, along: Vec3, room: f64) -> f64 {
 mod tests {
     use crate::geometry::Vec3;
     use crate::mesh::generate::{Kind, generate};
-    use crate::progress::Silent;
+    use crate::progress::NoProgress;
 
     #[test]
     fn sticks_go_from_wall_to_wall() {
         for wanted in [10, 3000, 200_000] {
-            let mesh = generate(Kind::Sticks, wanted, 3, &Silent).unwrap();
+            let mesh = generate(Kind::Sticks, wanted, 3, &NoProgress).unwrap();
             let width = (2.0 / wanted.div_ceil(2) as f64).min(0.05);
             for t in (0..mesh.triangle_count() as u32).step_by(2) {
                 let [a, b, c] = mesh.corners(t);

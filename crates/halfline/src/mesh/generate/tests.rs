@@ -3,12 +3,12 @@ use std::sync::atomic::{AtomicU64, Ordering};
 
 use super::*;
 use crate::mesh::Positions;
-use crate::progress::{Silent, Stage};
+use crate::progress::{NoProgress, Stage};
 
 const NUMBERS: [usize; 5] = [1, 2, 10, 1000, 123_456];
 
 fn made(kind: Kind, triangles: usize, seed: u64) -> Mesh {
-    generate(kind, triangles, seed, &Silent).unwrap()
+    generate(kind, triangles, seed, &NoProgress).unwrap()
 }
 
 fn singles(mesh: &Mesh) -> &[[f32; 3]] {
@@ -325,7 +325,7 @@ fn names_are_read_as_they_are_written() {
 fn impossible_numbers_are_refused() {
     for kind in Kind::ALL {
         for wanted in [0, MAX_TRIANGLES + 1, usize::MAX] {
-            let error = generate(kind, wanted, 0, &Silent).unwrap_err();
+            let error = generate(kind, wanted, 0, &NoProgress).unwrap_err();
             assert!(matches!(error, Error::Invalid { .. }), "{kind} {wanted}: {error}");
         }
     }

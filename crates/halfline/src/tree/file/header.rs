@@ -5,14 +5,14 @@ use std::ops::Range;
 use bytemuck::{Pod, Zeroable};
 
 use super::ContentHash;
-use crate::tree::Node;
+use crate::tree::Bounds;
 
 /// What every tree file begins with. As in PNG, a file that was copied as text or as seven-bit data
 /// shows it.
 pub const MAGIC: [u8; 8] = *b"\x89HLT\r\n\x1a\n";
 
 /// The version of the format that this code writes, and the only one that it reads.
-pub const VERSION: u32 = 1;
+pub const VERSION: u32 = 2;
 
 /// Reads otherwise where numbers have their bytes the other way round.
 pub const BYTE_ORDER: u32 = 0x0102_0304;
@@ -32,25 +32,23 @@ pub struct Section {
 
 impl Section {
     /// The places of sections in [`Header::sections`], in the order of the file.
-    pub const CHILDREN: usize = 0;
-    pub const WIDE_NODES: usize = 1;
-    pub const LEAF_BLOCKS: usize = 2;
-    pub const ON_LINE: usize = 3;
-    pub const POSITIONS: usize = 4;
-    pub const TRIANGLES: usize = 5;
-    pub const SOURCE_FACES: usize = 6;
-    pub const VERTEX_COLORS: usize = 7;
-    pub const MATERIALS: usize = 8;
-    pub const TRIANGLE_MATERIALS: usize = 9;
-    pub const CHECKSUMS: usize = 10;
-    pub const COUNT: usize = 11;
+    pub const NODES: usize = 0;
+    pub const LEAF_BLOCKS: usize = 1;
+    pub const COLLINEAR: usize = 2;
+    pub const POSITIONS: usize = 3;
+    pub const TRIANGLES: usize = 4;
+    pub const SOURCE_FACES: usize = 5;
+    pub const VERTEX_COLORS: usize = 6;
+    pub const MATERIALS: usize = 7;
+    pub const TRIANGLE_MATERIALS: usize = 8;
+    pub const CHECKSUMS: usize = 9;
+    pub const COUNT: usize = 10;
 
     /// Their names, for errors.
     pub const NAMES: [&'static str; Section::COUNT] = [
-        "binary nodes",
-        "wide nodes",
+        "nodes",
         "leaf blocks",
-        "faces on a line",
+        "collinear faces",
         "vertices",
         "triangles",
         "source faces",
@@ -75,7 +73,7 @@ impl Flag {
     pub const SOURCE_FACES: u32 = 4;
     pub const VERTEX_COLORS: u32 = 8;
     pub const TRIANGLE_MATERIALS: u32 = 16;
-    pub const WEIGHS_GROUPS: u32 = 32;
+    pub const WEIGH_OBJECT_SPLITS: u32 = 32;
     pub const COARSE_GRID: u32 = 64;
 }
 
@@ -101,24 +99,27 @@ pub struct Header {
     pub sections: [Section; Section::COUNT],
     pub frame_offset: [f64; 3],
     pub frame_unit: f64,
-    pub root: Node,
-    pub wide_root: u32,
-    pub most_waiting: u32,
+    pub bounds: Bounds,
+    /// Bits of a [`NodeRef`](crate::tree::NodeRef).
+    pub root: u32,
+    pub max_stack_size: u32,
     pub reach: f32,
     /// Bits of [`Flag`].
     pub flags: u32,
     pub references: u64,
     pub skipped_zero_area: u64,
     pub skipped_non_finite: u64,
-    pub last_cell_triangles: u64,
-    pub spare_references: f64,
-    pub plane_bins: u32,
-    pub group_bins: u32,
+    pub spatial_splits: u64,
+    pub object_splits: u64,
+    pub spatial_split_min_triangles: u64,
+    pub duplication_budget: f64,
+    pub spatial_bins: u32,
+    pub object_bins: u32,
     pub build_seconds: f64,
     /// Name and version of the program that wrote the file, for people.
     pub program: [u8; 32],
     /// Zeros.
-    pub unused: [u8; 3680],
+    pub unused: [u8; 3688],
 }
 
 impl Header {

@@ -16,15 +16,14 @@ use crate::map::{Buffer, MappedFile};
 use crate::mesh::{Material, Mesh, Positions};
 use crate::numeric::Frame;
 use crate::progress::Observer;
-use crate::simd::LANES;
-use crate::tree::{BuildParameters, FacesOnLine, KdTree, LeafBlocks, MAX_DEPTH, WideTree, Word};
+use crate::tree::{BuildParameters, CollinearFaces, LeafBlocks, MAX_STACK_SIZE, NodeRef, Tree};
 
 /// What a tree file holds.
 pub struct Opened {
     /// Its mesh.
     pub mesh: Mesh,
     /// The tree over it,
-    pub tree: KdTree,
+    pub tree: Tree,
     /// how that was built,
     pub parameters: BuildParameters,
     /// and how long it took.
@@ -123,8 +122,8 @@ fn header_of(path: &Path, bytes: &[u8]) -> Result<Header> {
     }
     if header.version != VERSION {
         let reason = format!(
-            "the file is of version {}, and this program reads version {VERSION}: build it again from \
-             its mesh",
+            "the file is of version {}, and this program reads version {VERSION}: build it anew from its \
+             mesh (halfline build MESH -o TREE)",
             header.version
         );
         return refused("byte 8", reason);
@@ -185,13 +184,13 @@ fn assemble(path: &Path, header: &Header, file: TreeFile) -> Result<Opened> {
         sections.array::<[f32; 8]>(Section::MATERIALS)?.iter().map(material_of).collect();
 
     // A walk's stack is as large as the header says, so see that it is no larger than it can be.
-    let most_waiting = header.most_waiting as usize;
+    let max_stack_size = header.max_stack_size as usize;
     let unit = header.frame_unit;
     let counts = [header.skipped_zero_area, header.skipped_non_finite];
     let skipped = counts.iter().try_fold(0_u64, |sum, count| sum.checked_add(*count));
-    let corners = header.root.bounds.min.into_iter().chain(header.root.bounds.max);
+    let corners = header.bounds.min.into_iter().chain(header.bounds.max);
     let reach = corners.fold(0.0, |reach: f32, x| reach.max(x.abs()));
-    let is_possible = most_waiting <= MAX_DEPTH * LANES
+    let is_possible = max_stack_size <= MAX_STACK_SIZE
         && header.reach == reach
         && unit.is_normal()
         && (1.0 / unit).is_normal()
@@ -201,31 +200,30 @@ fn assemble(path: &Path, header: &Header, file: TreeFile) -> Result<Opened> {
     if !is_possible {
         return Err(Error::format(path, "header", "it describes a tree that cannot be"));
     }
-    let tree = KdTree {
+    let tree = Tree {
         frame: Frame::from_parts(header.frame_offset.into(), unit),
-        root: header.root,
-        children: sections.array(Section::CHILDREN)?,
-        wide: WideTree {
-            root: Word(header.wide_root),
-            nodes: sections.array(Section::WIDE_NODES)?,
-            most_waiting,
-        },
+        bounds: header.bounds,
+        root: NodeRef(header.root),
+        nodes: sections.array(Section::NODES)?,
+        max_stack_size,
         reach: header.reach,
         leaves: LeafBlocks {
             blocks: sections.array(Section::LEAF_BLOCKS)?,
             are_exact: header.has(Flag::EXACT_BLOCKS),
         },
         references: header.references as usize,
-        on_line: FacesOnLine::from_corners(sections.array(Section::ON_LINE)?),
+        spatial_splits: header.spatial_splits as usize,
+        object_splits: header.object_splits as usize,
+        collinear: CollinearFaces::from_corners(sections.array(Section::COLLINEAR)?),
         skipped_zero_area: header.skipped_zero_area as usize,
         skipped_non_finite: header.skipped_non_finite as usize,
     };
     let parameters = BuildParameters {
-        last_cell_triangles: header.last_cell_triangles as usize,
-        spare_references: header.spare_references,
-        plane_bins: header.plane_bins as usize,
-        group_bins: header.group_bins as usize,
-        weighs_groups: header.has(Flag::WEIGHS_GROUPS),
+        spatial_split_min_triangles: header.spatial_split_min_triangles as usize,
+        duplication_budget: header.duplication_budget,
+        spatial_bins: header.spatial_bins as usize,
+        object_bins: header.object_bins as usize,
+        weigh_object_splits: header.has(Flag::WEIGH_OBJECT_SPLITS),
         coarse_grid: header.has(Flag::COARSE_GRID),
     };
     let build_time = Duration::try_from_secs_f64(header.build_seconds).unwrap_or_default();

@@ -13,7 +13,7 @@ use crate::error::{Error, Result};
 use crate::io::AtomicFile;
 use crate::mesh::{Material, Mesh, Positions};
 use crate::progress::{Observer, SharedProgress, Stage};
-use crate::tree::{BuildParameters, KdTree};
+use crate::tree::{BuildParameters, Tree};
 
 /// Bytes between two looks at the observer.
 const PORTION: usize = 4 << 20;
@@ -26,7 +26,7 @@ const PORTION: usize = 4 << 20;
 pub fn write(
     path: &Path,
     mesh: &Mesh,
-    tree: &KdTree,
+    tree: &Tree,
     parameters: &BuildParameters,
     build_time: Duration,
     source: Option<&TreeFile>,
@@ -90,14 +90,13 @@ pub fn write(
 /// The bytes of all sections but the last.
 fn arrays_of<'a>(
     mesh: &'a Mesh,
-    tree: &'a KdTree,
+    tree: &'a Tree,
     materials: &'a [[f32; 8]],
 ) -> [&'a [u8]; Section::COUNT - 1] {
     let mut arrays: [&[u8]; Section::COUNT - 1] = Default::default();
-    arrays[Section::CHILDREN] = bytemuck::cast_slice(&tree.children);
-    arrays[Section::WIDE_NODES] = bytemuck::cast_slice(&tree.wide.nodes);
+    arrays[Section::NODES] = bytemuck::cast_slice(&tree.nodes);
     arrays[Section::LEAF_BLOCKS] = bytemuck::cast_slice(&tree.leaves.blocks);
-    arrays[Section::ON_LINE] = bytemuck::cast_slice(tree.on_line.corners());
+    arrays[Section::COLLINEAR] = bytemuck::cast_slice(tree.collinear.corners());
     arrays[Section::POSITIONS] = match mesh.positions() {
         Positions::F32(positions) => bytemuck::cast_slice(positions),
         Positions::F64(positions) => bytemuck::cast_slice(positions),
@@ -122,7 +121,7 @@ fn numbers_of(material: &Material) -> [f32; 8] {
 /// All that does not depend on where the sections are.
 fn header_of(
     mesh: &Mesh,
-    tree: &KdTree,
+    tree: &Tree,
     parameters: &BuildParameters,
     build_time: Duration,
 ) -> Header {
@@ -132,7 +131,7 @@ fn header_of(
         (Flag::SOURCE_FACES, mesh.source_faces.is_some()),
         (Flag::VERTEX_COLORS, mesh.vertex_colors.is_some()),
         (Flag::TRIANGLE_MATERIALS, mesh.triangle_materials.is_some()),
-        (Flag::WEIGHS_GROUPS, parameters.weighs_groups),
+        (Flag::WEIGH_OBJECT_SPLITS, parameters.weigh_object_splits),
         (Flag::COARSE_GRID, parameters.coarse_grid),
     ];
     let mut program = [0; 32];
@@ -144,18 +143,20 @@ fn header_of(
         byte_order: BYTE_ORDER,
         frame_offset: tree.frame.offset().to_array(),
         frame_unit: tree.frame.unit(),
-        root: tree.root,
-        wide_root: tree.wide.root.0,
-        most_waiting: tree.wide.most_waiting as u32,
+        bounds: tree.bounds,
+        root: tree.root.0,
+        max_stack_size: tree.max_stack_size as u32,
         reach: tree.reach,
         flags: flags.into_iter().filter(|(_, is_set)| *is_set).map(|(flag, _)| flag).sum(),
         references: tree.references as u64,
         skipped_zero_area: tree.skipped_zero_area as u64,
         skipped_non_finite: tree.skipped_non_finite as u64,
-        last_cell_triangles: parameters.last_cell_triangles as u64,
-        spare_references: parameters.spare_references,
-        plane_bins: parameters.plane_bins as u32,
-        group_bins: parameters.group_bins as u32,
+        spatial_splits: tree.spatial_splits as u64,
+        object_splits: tree.object_splits as u64,
+        spatial_split_min_triangles: parameters.spatial_split_min_triangles as u64,
+        duplication_budget: parameters.duplication_budget,
+        spatial_bins: parameters.spatial_bins as u32,
+        object_bins: parameters.object_bins as u32,
         build_seconds: build_time.as_secs_f64(),
         program,
         ..Header::zeroed()

@@ -1,0 +1,193 @@
+//! All hits of the rays of a batch, and their number.
+//!
+//! Most hits are crossings of which single precision is certain, and come with t and weights found eight
+//! at a time (`traverse/leaf/resolve.rs`), in any order. Where only their number is asked for, no t is found at
+//! all, but for rays that touch an edge or a vertex: what counts there depends on what is crossed at the same t.
+
+use std::cmp::Ordering;
+
+use rayon::prelude::*;
+
+use super::{CHUNK, PLACES, Rays, in_chunks};
+use crate::error::Result;
+use crate::geometry::Hit;
+use crate::progress::Observer;
+use crate::rays::RaySource;
+use crate::traverse::{
+    AllContacts, Answers, CancelCheck, Cast, FoundHits, HitColumns, HitCounts, Target, cast,
+};
+
+/// All hits of each ray of a batch, in compressed sparse rows: those of ray i are
+/// `hits[splits[i]..splits[i + 1]]`, sorted by t and then by face.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct AllHits {
+    /// One more entry than there are rays.
+    pub splits: Vec<usize>,
+    /// The hits.
+    pub hits: Vec<Hit>,
+}
+
+/// All hits of each ray, in compressed sparse rows: those of ray i are `splits[i]..splits[i + 1]` of the
+/// other columns, sorted by t and then by face.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct AllHitColumns {
+    /// One more entry than there are rays.
+    pub splits: Vec<i64>,
+    /// Ray parameters.
+    pub t: Vec<f64>,
+    /// Indices of triangles.
+    pub face: Vec<i64>,
+    /// Barycentric weights of the triangles' second and third vertices.
+    pub uv: Vec<[f64; 2]>,
+}
+
+/// All hits of a chunk of rays, cast on this thread: how many each ray has, and the hits, by ray and
+/// then along it. Fewer if the observer wants the end.
+fn all_hits_of(target: Target, rays: RaySource, observer: &dyn Observer) -> (Vec<usize>, Vec<Hit>) {
+    let found = FoundHits { hits: Vec::new(), cancel: CancelCheck::new(observer) };
+    let batch = cast::<AllContacts>(Cast::new(target, rays, Answers::AllHits(found)));
+    let Answers::AllHits(FoundHits { hits: found, .. }) = batch.answers else {
+        unreachable!("a batch keeps its answers")
+    };
+
+    // Bring them to their rays.
+    let mut ends = vec![0; rays.len() + 1];
+    for (number, _) in &found {
+        ends[*number as usize + 1] += 1;
+    }
+    for number in 0..rays.len() {
+        ends[number + 1] += ends[number];
+    }
+    let mut next = ends.clone();
+    let mut hits = vec![Hit::MISS; found.len()];
+    for (number, hit) in found {
+        let place = &mut next[number as usize];
+        hits[*place] = hit;
+        *place += 1;
+    }
+
+    // Sort those of each ray, and drop the repeats of faces that lie in several leaves: they have the
+    // same t, and so are neighbours.
+    let (mut counts, mut kept) = (vec![0; rays.len()], 0);
+    for number in 0..rays.len() {
+        let (begin, first) = (ends[number], kept);
+        let row = begin..ends[number + 1];
+        hits[row.clone()].sort_unstable_by(along);
+        for i in row {
+            if kept == first || hits[kept - 1].face != hits[i].face {
+                hits[kept] = hits[i];
+                kept += 1;
+            }
+        }
+        counts[number] = kept - first;
+    }
+    hits.truncate(kept);
+    (counts, hits)
+}
+
+/// By t, and then by face.
+fn along(a: &Hit, b: &Hit) -> Ordering {
+    a.t.total_cmp(&b.t).then(a.face.cmp(&b.face))
+}
+
+/// All hits of each ray.
+pub fn find_all_hits(
+    target: Target,
+    Rays(source): Rays,
+    observer: &dyn Observer,
+) -> Result<AllHits> {
+    let parts = vec![(); source.len().div_ceil(CHUNK)];
+    let chunks =
+        in_chunks(source, parts, observer, |rays, ()| all_hits_of(target, rays, observer))?;
+    let mut all = AllHits::default();
+    all.splits.reserve_exact(source.len() + 1);
+    all.splits.push(0);
+    all.hits.reserve_exact(chunks.iter().map(|(_, hits)| hits.len()).sum());
+    for (counts, hits) in chunks {
+        let mut end = all.hits.len();
+        for count in counts {
+            end += count;
+            all.splits.push(end);
+        }
+        all.hits.extend_from_slice(&hits);
+    }
+    Ok(all)
+}
+
+/// How many hits each ray has, put into the same place of `counts`.
+pub fn count_hits<C: TryFrom<usize> + Copy + Send>(
+    target: Target,
+    Rays(source): Rays,
+    counts: &mut [C],
+    observer: &dyn Observer,
+) -> Result<()> {
+    assert_eq!(counts.len(), source.len(), "{PLACES}");
+    let parts = counts.chunks_mut(CHUNK).collect();
+    in_chunks(source, parts, observer, |rays, places: &mut [C]| {
+        let mut counts = vec![0; rays.len()];
+        let cancel = CancelCheck::new(observer);
+        let answers = Answers::Counts(HitCounts { counts: &mut counts, faces: Vec::new(), cancel });
+        cast::<AllContacts>(Cast::new(target, rays, answers));
+        for (place, count) in places.iter_mut().zip(counts) {
+            *place = C::try_from(count).unwrap_or_else(|_| unreachable!("no more hits than faces"));
+        }
+    })?;
+    Ok(())
+}
+
+/// All hits of each ray, as columns.
+pub fn find_all_hits_columns(
+    target: Target,
+    Rays(source): Rays,
+    observer: &dyn Observer,
+) -> Result<AllHitColumns> {
+    let count = source.len();
+    let parts = vec![(); count.div_ceil(CHUNK)];
+    let chunks =
+        in_chunks(source, parts, observer, |rays, ()| all_hits_of(target, rays, observer))?;
+
+    // Chunk by chunk to the places that follow from how many hits the earlier ones have.
+    let total = chunks.iter().map(|(_, hits)| hits.len()).sum();
+    let mut all = AllHitColumns {
+        splits: vec![0; count + 1],
+        t: vec![0.0; total],
+        face: vec![0; total],
+        uv: vec![[0.0; 2]; total],
+    };
+    let (mut t, mut face, mut uv) = (&mut all.t[..], &mut all.face[..], &mut all.uv[..]);
+    let mut before = 0;
+    let mut parts = Vec::with_capacity(chunks.len());
+    for (chunk, splits) in chunks.into_iter().zip(all.splits[1..].chunks_mut(CHUNK)) {
+        let length = chunk.1.len();
+        let columns = (
+            t.split_off_mut(..length).expect("a place for each hit"),
+            face.split_off_mut(..length).expect("a place for each hit"),
+            uv.split_off_mut(..length).expect("a place for each hit"),
+        );
+        parts.push((chunk, splits, before, columns));
+        before += length;
+    }
+    let put = |((counts, hits), splits, before, (t, face, uv)): Part| {
+        let mut end = before;
+        for (hits_of_ray, split) in counts.into_iter().zip(splits) {
+            end += hits_of_ray;
+            *split = end as i64;
+        }
+        let mut columns = HitColumns { t, face, uv };
+        hits.iter().enumerate().for_each(|(number, hit)| columns.put(number, hit));
+    };
+    if parts.len() <= 1 {
+        parts.into_iter().for_each(put);
+    } else {
+        parts.into_par_iter().for_each(put);
+    }
+    Ok(all)
+}
+
+/// What a chunk's rays hit, and where it goes: splits, the hits of earlier chunks, and t, face and uv.
+type Part<'a> = (
+    (Vec<usize>, Vec<Hit>),
+    &'a mut [i64],
+    usize,
+    (&'a mut [f64], &'a mut [i64], &'a mut [[f64; 2]]),
+);

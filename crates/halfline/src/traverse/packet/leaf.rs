@@ -1,0 +1,354 @@
+//! What a packet does in a leaf: its rays against the triangles, what is decided of that, and the answers.
+
+use std::ops::Range;
+
+use super::super::cast::Cast;
+use super::super::leaf::{Candidates, NearestSoFar, Pairs, RayCursor, RefineJob, Refinement};
+use super::super::query::{Query, QueryKind};
+use super::{Mask, OCTETS, PacketBounds, RAYS, RayPacket, bits_of, lanes_of};
+use crate::geometry::NO_FACE;
+use crate::intersect::filter_f32::{test_leaf_by_lane, test_octet};
+use crate::simd::{Job, LANES, Simd};
+use crate::tree::LeafBlock;
+
+impl<Q: Query> RayPacket<Q> {
+    /// Holds rays against the triangles of a leaf. Returns a bit for each to which nothing more can
+    /// matter.
+    #[inline(always)]
+    pub(super) fn visit_leaf<S: Simd>(
+        &mut self,
+        simd: S,
+        cast: &Cast,
+        bounds: &PacketBounds,
+        part: &Range<usize>,
+        index: usize,
+        mask: Mask,
+    ) -> Mask {
+        cast.work.add_leaves(1);
+        let block = &cast.target.tree.leaves.blocks[index];
+        let mut triangles = bounds.frustum.candidates(simd, bounds.axes, &block.corners);
+        triangles &= !simd.eq_u32(&block.faces, NO_FACE);
+        if triangles == 0 {
+            return 0;
+        }
+        let mut octets = 0;
+        for octet in part.clone() {
+            octets += u32::from(lanes_of(mask, octet) != 0);
+        }
+        // A ray by itself costs as much as a triangle against two octets, or one where any hit will do: there
+        // a ray is often done with at once.
+        let weight = if Q::KIND == QueryKind::Any { 1 } else { 2 };
+        let done = if weight * mask.count_ones() < octets * triangles.count_ones() {
+            self.visit_by_rays(simd, cast, bounds.axes, (block, index), mask)
+        } else {
+            let rays = (part, mask);
+            self.visit_by_triangles(simd, cast, bounds.axes, rays, (block, index), triangles)
+        };
+        if Q::KIND == QueryKind::Closest {
+            self.limit = self.hits.limit(simd, part);
+        }
+        done
+    }
+
+    /// Each ray against all triangles.
+    #[inline(always)]
+    fn visit_by_rays<S: Simd>(
+        &mut self,
+        simd: S,
+        cast: &Cast,
+        axes: [usize; 3],
+        (block, index): (&LeafBlock, usize),
+        mask: Mask,
+    ) -> Mask {
+        let (mut rest, mut done, mut candidates) = (mask, 0, Candidates::default());
+        while rest != 0 {
+            let ray = rest.trailing_zeros() as usize % RAYS;
+            rest &= rest - 1;
+            let (octet, lane) = (ray / LANES, ray % LANES);
+            let limit = self.hits.limits[octet][lane];
+            let fields = (&self.octets[octet].fields, lane);
+            let verdict = if Q::EXACT {
+                test_leaf_by_lane::<S, true>(simd, fields, limit, axes, &block.corners)
+            } else {
+                test_leaf_by_lane::<S, false>(simd, fields, limit, axes, &block.corners)
+            };
+            candidates.set(simd, verdict);
+            if candidates.open != 0 {
+                let is_done = self.decide_for_ray(simd, cast, ray, &candidates, index);
+                done |= Mask::from(is_done) << ray;
+            }
+        }
+        done
+    }
+
+    /// Each of some triangles against eight rays at a time.
+    #[inline(always)]
+    fn visit_by_triangles<S: Simd>(
+        &mut self,
+        simd: S,
+        cast: &Cast,
+        axes: [usize; 3],
+        (part, mask): (&Range<usize>, Mask),
+        (block, index): (&LeafBlock, usize),
+        triangles: u32,
+    ) -> Mask {
+        let mut done = 0;
+        for octet in part.clone() {
+            let mut lanes = lanes_of(mask, octet);
+            let mut rest = triangles;
+            while rest != 0 && lanes != 0 {
+                let triangle = rest.trailing_zeros() as usize % LANES;
+                rest &= rest - 1;
+                let fields = (&self.octets[octet].fields, lanes);
+                let limits = &self.hits.limits[octet];
+                let corners = (&block.corners, triangle);
+                let verdict = if Q::EXACT {
+                    test_octet::<S, true>(simd, fields, limits, axes, corners)
+                } else {
+                    test_octet::<S, false>(simd, fields, limits, axes, corners)
+                };
+                let Some(verdict) = verdict else { continue };
+                let mut open = verdict.candidates & lanes;
+                if open == 0 {
+                    continue;
+                }
+                match Q::KIND {
+                    QueryKind::Closest => {
+                        // Take it where it is the nearest for certain, and pass by where it is not.
+                        let face = block.faces[triangle];
+                        open &= !simd.eq_u32(&self.hits.faces[octet], face);
+                        let lows = simd.load(&self.hits.lows[octet]);
+                        let nearer = verdict.certain & open & simd.lt(verdict.high, lows);
+                        let limits = simd.load(&self.hits.limits[octet]);
+                        simd.store(
+                            simd.select(nearer, verdict.low, lows),
+                            &mut self.hits.lows[octet],
+                        );
+                        simd.store(
+                            simd.select(nearer, verdict.high, limits),
+                            &mut self.hits.limits[octet],
+                        );
+                        simd.masked_fill_u32(nearer, face, &mut self.hits.faces[octet]);
+                        simd.masked_fill_u32(nearer, index as u32, &mut self.hits.blocks[octet]);
+                        simd.masked_fill_u32(
+                            nearer,
+                            triangle as u32,
+                            &mut self.hits.triangles[octet],
+                        );
+                        self.hits.query_has_nearest &= !bits_of(nearer, octet);
+                        open &= !nearer;
+                    }
+                    QueryKind::Any | QueryKind::All => {
+                        let certain = verdict.certain & open;
+                        done |= bits_of(certain, octet);
+                        lanes &= !certain;
+                        open &= !certain;
+                        simd.store(
+                            simd.select(
+                                certain,
+                                simd.splat(-1.0),
+                                simd.load(&self.hits.limits[octet]),
+                            ),
+                            &mut self.hits.limits[octet],
+                        );
+                        // Those that were found so need no decision.
+                        simd.masked_fill_u32(certain, 0, &mut self.hits.faces[octet]);
+                    }
+                }
+                if open != 0 {
+                    let more = self.refine_octet(simd, cast, octet, (index, triangle), open);
+                    done |= bits_of(more, octet);
+                    lanes &= !more;
+                }
+            }
+        }
+        done
+    }
+
+    /// Decides a triangle of a leaf, of which single precision is not certain, for rays of an octet. Returns
+    /// a bit for each to which nothing more can matter.
+    #[inline(always)]
+    fn refine_octet<S: Simd>(
+        &mut self,
+        simd: S,
+        cast: &Cast,
+        octet: usize,
+        place: (usize, usize),
+        open: u32,
+    ) -> u32 {
+        simd.outlined(RefineOctet { packet: self, cast, octet, place, open })
+    }
+
+    /// Decides candidates of a leaf for a ray.
+    #[inline(always)]
+    fn decide_for_ray<S: Simd>(
+        &mut self,
+        simd: S,
+        cast: &Cast,
+        ray: usize,
+        candidates: &Candidates,
+        index: usize,
+    ) -> bool {
+        let (octet, lane) = (ray / LANES, ray % LANES);
+        let (mut nearest, mut limit) =
+            (self.hits.nearest(octet, lane), self.hits.limits[octet][lane]);
+        let mut cursor = self.cursor(ray, &mut nearest, &mut limit);
+        let state = &mut self.states[ray];
+        state.query_has_nearest = self.hits.query_has_nearest >> ray & 1 == 1;
+        let open = cast.decide(&mut cursor, state, candidates, index);
+        if open != 0 {
+            cast.decide_open(simd, cursor, state, index, open);
+        }
+        let is_done = state.is_done();
+        self.take(ray, nearest, limit, is_done);
+        is_done
+    }
+
+    /// Takes the answers of rays that are at their end.
+    #[inline(always)]
+    pub(super) fn finish<S: Simd>(&mut self, simd: S, cast: &mut Cast, mask: Mask) {
+        let mut rest = mask;
+        if Q::KIND == QueryKind::Closest {
+            for octet in 0..OCTETS {
+                let lanes = lanes_of(mask & !self.hits.query_has_nearest, octet);
+                let lanes = lanes & !simd.eq_u32(&self.hits.faces[octet], NO_FACE);
+                if lanes == 0 {
+                    continue;
+                }
+                if !Q::EXACT {
+                    self.finish_plain(cast, octet, lanes);
+                    continue;
+                }
+                let pairs = Pairs {
+                    numbers: numbers_from(self.first + octet * LANES),
+                    faces: self.hits.faces[octet],
+                    blocks: self.hits.blocks[octet],
+                    triangles: self.hits.triangles[octet],
+                    lanes,
+                };
+                cast.finish_pairs(simd, &pairs);
+            }
+            rest &= self.hits.decided;
+            while rest != 0 {
+                let ray = rest.trailing_zeros() as usize % RAYS;
+                rest &= rest - 1;
+                if self.hits.query_has_nearest >> ray & 1 == 1 {
+                    cast.finish_decided(self.first + ray, &mut self.states[ray]);
+                } else {
+                    self.states[ray].restart();
+                }
+            }
+            return;
+        }
+        while rest != 0 {
+            let ray = rest.trailing_zeros() as usize % RAYS;
+            rest &= rest - 1;
+            let is_decided = self.hits.decided >> ray & 1 == 1;
+            if self.hits.faces[ray / LANES][ray % LANES] != NO_FACE {
+                cast.answers.put_occluded(self.first + ray);
+                if is_decided {
+                    self.states[ray].restart();
+                }
+            } else if is_decided {
+                cast.finish_decided(self.first + ray, &mut self.states[ray]);
+            }
+        }
+    }
+
+    /// Takes the hits of some lanes of an octet whose t was taken as it came.
+    fn finish_plain(&self, cast: &mut Cast, octet: usize, mut lanes: u32) {
+        while lanes != 0 {
+            let lane = lanes.trailing_zeros() as usize % LANES;
+            lanes &= lanes - 1;
+            let t = self.octets[octet].parameter(lane).t(self.hits.lows[octet][lane]);
+            let number = self.first + octet * LANES + lane;
+            cast.put_plain(number, self.hits.faces[octet][lane], t);
+        }
+    }
+
+    /// A ray, to decide about it.
+    #[inline(always)]
+    fn cursor<'a>(
+        &self,
+        ray: usize,
+        nearest: &'a mut NearestSoFar,
+        limit: &'a mut f32,
+    ) -> RayCursor<'a> {
+        let parameter = self.octets[ray / LANES].parameter(ray % LANES);
+        RayCursor { number: self.first + ray, parameter, nearest, limit }
+    }
+
+    /// Takes what was decided for a ray.
+    #[inline(always)]
+    fn take(&mut self, ray: usize, nearest: NearestSoFar, limit: f32, is_done: bool) {
+        let (octet, lane) = (ray / LANES, ray % LANES);
+        let hits = &mut self.hits;
+        hits.limits[octet][lane] = if is_done { -1.0 } else { limit };
+        hits.lows[octet][lane] = nearest.low;
+        hits.faces[octet][lane] = nearest.face;
+        (hits.blocks[octet][lane], hits.triangles[octet][lane]) = nearest.slot;
+        let state = &self.states[ray];
+        hits.decided |= Mask::from(state.is_prepared()) << ray;
+        hits.query_has_nearest =
+            hits.query_has_nearest & !(1 << ray) | Mask::from(state.query_has_nearest) << ray;
+    }
+}
+
+/// [`RayPacket::refine_octet`] in a function of its own: it is rare, and would be in the way.
+struct RefineOctet<'a, 'b, Q> {
+    packet: &'a mut RayPacket<Q>,
+    cast: &'a Cast<'b>,
+    octet: usize,
+    /// The index of the leaf's block, and the lane of the triangle.
+    place: (usize, usize),
+    /// A bit for each ray for which the triangle is open.
+    open: u32,
+}
+
+impl<Q: Query> Job for RefineOctet<'_, '_, Q> {
+    type Output = u32;
+
+    #[inline(always)]
+    fn run<S: Simd>(self, simd: S) -> u32 {
+        let RefineOctet { packet, cast, octet, place, open } = self;
+        let (index, triangle) = place;
+        let face = cast.target.tree.leaves.blocks[index].faces[triangle];
+        let pairs = Pairs {
+            numbers: numbers_from(packet.first + octet * LANES),
+            faces: [face; LANES],
+            blocks: [index as u32; LANES],
+            triangles: [triangle as u32; LANES],
+            lanes: open,
+        };
+        let refined = simd.outlined(RefineJob { cast, pairs: &pairs });
+        let (mut rest, mut done) = (open, 0);
+        while rest != 0 {
+            let lane = rest.trailing_zeros() as usize % LANES;
+            rest &= rest - 1;
+            let ray = octet * LANES + lane;
+            let (mut nearest, mut limit) =
+                (packet.hits.nearest(octet, lane), packet.hits.limits[octet][lane]);
+            let mut cursor = packet.cursor(ray, &mut nearest, &mut limit);
+            let state = &mut packet.states[ray];
+            state.query_has_nearest = packet.hits.query_has_nearest >> ray & 1 == 1;
+            let refinement = cast.take_refined(&mut cursor, state, (&refined, lane), place);
+            if refinement != Refinement::Certain {
+                cast.decide_rest(simd, cursor, state, refinement, place);
+            }
+            let is_done = state.is_done();
+            packet.take(ray, nearest, limit, is_done);
+            done |= u32::from(is_done) << lane;
+        }
+        done
+    }
+}
+
+/// Eight numbers in a row.
+#[inline(always)]
+fn numbers_from(first: usize) -> [usize; LANES] {
+    let mut numbers = [first; LANES];
+    for lane in 0..LANES {
+        numbers[lane] += lane;
+    }
+    numbers
+}

@@ -1,0 +1,47 @@
+//! An end to walks that go in circles, as in a tree file that was damaged.
+
+use super::leaf::RayState;
+use super::stream::SLOTS;
+use crate::tree::{Tree, panic_corrupt_tree};
+
+/// Turns between two looks, at least: looking takes time.
+const MIN_TURNS: usize = 1 << 12;
+
+/// Panics where a ray takes more turns than a walk can have steps. In each turn each ray takes a step,
+/// so it is enough to look from time to time whether any slot has still the ray that it had.
+pub struct StepLimit {
+    max_turns: usize,
+    turns: usize,
+    /// The rays that were under way when turns were last counted from zero.
+    numbers: [usize; SLOTS],
+}
+
+impl StepLimit {
+    /// The limit for walks through a tree.
+    pub fn new(tree: &Tree) -> StepLimit {
+        let max_turns = MIN_TURNS.max(tree.max_steps() + 1);
+        StepLimit { max_turns, turns: 0, numbers: [usize::MAX; SLOTS] }
+    }
+
+    /// Counts a turn; `busy` has a bit for each slot whose ray is under way.
+    #[inline(always)]
+    pub fn take_turn(&mut self, rays: &[RayState; SLOTS], busy: u32) {
+        self.turns += 1;
+        if self.turns > self.max_turns {
+            self.look(rays, busy);
+        }
+    }
+
+    #[cold]
+    #[inline(never)]
+    fn look(&mut self, rays: &[RayState; SLOTS], busy: u32) {
+        let is_busy = |slot: usize| busy >> slot & 1 == 1;
+        let numbers =
+            std::array::from_fn(|slot| if is_busy(slot) { rays[slot].number } else { usize::MAX });
+        let stays = |slot: usize| numbers[slot] == self.numbers[slot];
+        if (0..SLOTS).any(|slot| is_busy(slot) && stays(slot)) {
+            panic_corrupt_tree();
+        }
+        (self.turns, self.numbers) = (0, numbers);
+    }
+}
