@@ -6,7 +6,7 @@
 use std::fmt::Debug;
 
 use halfline::builder::{BuildParameters, Preset};
-use halfline::progress::Silent;
+use halfline::progress::NoProgress;
 use halfline::textbook::{KdTree, Middle, ObjectMedian, SplittingRule, SurfaceArea, Termination};
 use halfline::{Hit, Mesh, Ray, Scene, brute_force};
 use halfline_fuzz::be_single_threaded;
@@ -61,8 +61,8 @@ impl Answers {
 
     fn by_engine(scene: &Scene, ray: &Ray) -> Answers {
         let mut all = Vec::new();
-        scene.all(ray, &mut all);
-        Answers::new(scene.closest(ray), scene.any(ray), &all)
+        scene.caster().intersect_all(ray, &mut all);
+        Answers::new(scene.caster().intersect(ray).unwrap_or(Hit::MISS), scene.caster().occluded(ray), &all)
     }
 
     /// The engine's answers to all rays at once.
@@ -101,7 +101,7 @@ fuzz_target!(|bytes: &[u8]| {
 
     let first = usize::from(choice / 3) % PARAMETERS.len();
     for parameters in [PARAMETERS[first], PARAMETERS[(first + 1) % PARAMETERS.len()]] {
-        let scene = Scene::build_with(mesh.clone(), &parameters, &Silent).expect("builds");
+        let scene = Scene::builder(mesh.clone()).parameters(parameters).observer(&NoProgress).build().expect("builds");
         let answers: Vec<_> = rays.iter().map(|ray| Answers::by_engine(&scene, ray)).collect();
         compare(&input, &parameters, &judge, &answers);
         compare(&input, &("batch", parameters), &judge, &Answers::by_batch(&scene, rays));

@@ -188,7 +188,7 @@ fn cell(kind: &Rays, scene: &Scene, ways: &[Way], clock: Clock, plan: &Plan) -> 
 
 /// What a ray costs whatever the machine.
 fn work(scene: &Scene, rays: &[RayF32], is_any: bool) -> Value {
-    let counts = scene.count_work(rays, is_any);
+    let counts = inspect::count_work(&scene, rays, is_any);
     let per_ray = |count: u64| count as f64 / counts.rays.max(1) as f64;
     json!({
         "nodes_per_ray": per_ray(counts.nodes),

@@ -64,12 +64,12 @@ impl Built<'_> {
 /// halfline's scene.
 pub fn halfline<'a>(mesh: Mesh, clock: Clock) -> Result<Built<'a>, String> {
     let (peak, (seconds, scene)) =
-        peak_of(|| clock.time(|| Scene::build(mesh, &NoProgress).map_err(|e| e.to_string())));
+        peak_of(|| clock.time(|| Scene::builder(mesh).observer(&NoProgress).build().map_err(|e| e.to_string())));
     let scene = scene?;
     Ok(Built {
         name: "halfline".into(),
         seconds,
-        bytes: Some(scene.tree_statistics().bytes),
+        bytes: Some(scene.statistics().bytes),
         peak_bytes: Some(peak),
         tool: Tool::Halfline(Box::new(scene)),
     })
@@ -161,8 +161,8 @@ pub fn ways<'a>(tool: &'a Tool) -> Vec<Way<'a>> {
         Tool::Halfline(scene) => vec![Way {
             name: "halfline".into(),
             kind: Kind::Halfline,
-            intersect: Box::new(|rays, hits| scene.intersect_f32_into(rays, hits)),
-            occluded: Box::new(|rays, flags| scene.occluded_into(rays, flags)),
+            intersect: Box::new(|rays, hits| scene.observed(&NoProgress).intersect_f32_into(rays, hits)),
+            occluded: Box::new(|rays, flags| scene.observed(&NoProgress).occluded_into(rays, flags)),
         }],
         Tool::Embree { scene, quality, is_robust } => ALL_PACKETS
             .map(|packets| Way {

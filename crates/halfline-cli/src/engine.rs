@@ -22,15 +22,15 @@ pub trait Engine: Sync {
 
 impl Engine for Scene {
     fn closest(&self, rays: &[Ray], observer: &dyn Observer) -> Result<Vec<Hit>> {
-        self.intersect_observed(rays, observer)
+        self.observed(observer).intersect(rays)
     }
 
     fn any(&self, rays: &[Ray], observer: &dyn Observer) -> Result<Vec<bool>> {
-        self.occluded_observed(rays, observer)
+        self.observed(observer).occluded(rays)
     }
 
     fn all(&self, rays: &[Ray], observer: &dyn Observer) -> Result<AllHits> {
-        self.intersect_all_observed(rays, observer)
+        self.observed(observer).intersect_all(rays)
     }
 }
 

@@ -30,13 +30,13 @@ impl Source {
     pub fn open(path: &Path, tree: &TreeOptions, session: &Session) -> Result<Source, Failure> {
         if is_tree_file(path) {
             let (scene, load_seconds) = open_tree(path, tree, session)?;
-            let preset = scene.preset_name();
+            let preset = scene.build_parameters().preset_name();
             return Ok(Source { scene, preset, load_seconds, build_seconds: 0.0 });
         }
         let (mesh, load_seconds) = session.load(path)?;
         let (scene, build_seconds) =
             session.timed(Stage::Build, |observer| tree.build(mesh, observer))?;
-        let preset = scene.preset_name();
+        let preset = scene.build_parameters().preset_name();
         Ok(Source { scene, preset, load_seconds, build_seconds })
     }
 

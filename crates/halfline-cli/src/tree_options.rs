@@ -39,7 +39,10 @@ impl TreeOptions {
 
     /// Builds the tree over `mesh`.
     pub fn build(&self, mesh: Mesh, observer: &dyn Observer) -> Result<Scene> {
-        Scene::build_with(mesh, &BuildParameters::preset(self.preset()), observer)
+        Scene::builder(mesh)
+            .parameters(BuildParameters::preset(self.preset()))
+            .observer(observer)
+            .build()
     }
 
     /// Refuses options about a tree that is built already, in the file at `path`.

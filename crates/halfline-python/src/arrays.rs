@@ -41,8 +41,8 @@ impl VectorArray<'_> {
     pub fn column(&self) -> PyResult<Vectors<'_>> {
         Ok(match self {
             ColumnArray::Same(vector) => Column::Same(*vector),
-            ColumnArray::Single(array) => Column::Single(rows(array.as_slice()?)?),
-            ColumnArray::Double(array) => Column::Double(rows(array.as_slice()?)?),
+            ColumnArray::Single(array) => Column::F32(rows(array.as_slice()?)?),
+            ColumnArray::Double(array) => Column::F64(rows(array.as_slice()?)?),
         })
     }
 }
@@ -52,8 +52,8 @@ impl NumberArray<'_> {
     pub fn column(&self) -> PyResult<Scalars<'_>> {
         Ok(match self {
             ColumnArray::Same(number) => Column::Same(*number),
-            ColumnArray::Single(array) => Column::Single(array.as_slice()?),
-            ColumnArray::Double(array) => Column::Double(array.as_slice()?),
+            ColumnArray::Single(array) => Column::F32(array.as_slice()?),
+            ColumnArray::Double(array) => Column::F64(array.as_slice()?),
         })
     }
 }

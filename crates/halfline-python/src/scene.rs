@@ -72,7 +72,7 @@ impl Scene {
         let mesh = mesh.0.clone();
         let parameters = BuildParameters::preset(preset);
         let scene = on_pool(py, progress, |observer| {
-            halfline::Scene::build_with(mesh, &parameters, observer)
+            halfline::Scene::builder(mesh).parameters(parameters).observer(observer).build()
         })?;
         Ok(Scene { scene: Arc::new(scene) })
     }
@@ -111,18 +111,17 @@ impl Scene {
 
     #[getter]
     fn mesh(&self) -> Mesh {
-        Mesh(Arc::clone(self.scene.shared_mesh()))
+        Mesh(Arc::clone(self.scene.mesh()))
     }
 
     #[getter]
     fn preset(&self) -> &'static str {
-        self.scene.preset_name()
+        self.scene.build_parameters().preset_name()
     }
 
     /// The figures of the tree that are not those of the mesh.
     fn info<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
-        let statistics =
-            on_pool(py, None, |_| self.scene.guarded(|| Ok(self.scene.tree_statistics())))?;
+        let statistics = on_pool(py, None, |_| self.scene.guarded(|| Ok(self.scene.statistics())))?;
         let tree = PyDict::new(py);
         tree.set_item("depth", statistics.depth)?;
         tree.set_item("nodes", statistics.nodes)?;
@@ -143,7 +142,7 @@ impl Scene {
         info.set_item("skipped", degenerate + non_finite)?;
         info.set_item("skipped_degenerate", degenerate)?;
         info.set_item("skipped_non_finite", non_finite)?;
-        info.set_item("preset", self.scene.preset_name())?;
+        info.set_item("preset", self.scene.build_parameters().preset_name())?;
         info.set_item("tree", tree)?;
         info.set_item("build_seconds", self.scene.build_time().as_secs_f64())?;
         Ok(info)
@@ -167,7 +166,10 @@ impl Scene {
         check_places(count, &[face.len(), uv.len()])?;
         let rays = columns!(py, count, origins, directions, t_min, t_max);
         let hits = HitColumns { t, face, uv };
-        ask!(py, count, progress, |observer| self.scene.intersect_columns(&rays, hits, observer))
+        ask!(py, count, progress, |observer| self
+            .scene
+            .observed(observer)
+            .intersect_columns(&rays, hits))
     }
 
     #[pyo3(signature = (origins, directions, t_min, t_max, flags, progress=None, /))]
@@ -184,7 +186,10 @@ impl Scene {
         let flags = flags.as_slice_mut()?;
         let count = flags.len();
         let rays = columns!(py, count, origins, directions, t_min, t_max);
-        ask!(py, count, progress, |observer| self.scene.occluded_columns(&rays, flags, observer))
+        ask!(py, count, progress, |observer| self
+            .scene
+            .observed(observer)
+            .occluded_columns(&rays, flags))
     }
 
     #[pyo3(signature = (origins, directions, t_min, t_max, counts, progress=None, /))]
@@ -202,7 +207,7 @@ impl Scene {
         let count = counts.len();
         let rays = columns!(py, count, origins, directions, t_min, t_max);
         ask!(py, count, progress, |observer| {
-            self.scene.count_intersections_columns(&rays, counts, observer)
+            self.scene.observed(observer).count_intersections_columns(&rays, counts)
         })
     }
 
@@ -219,7 +224,7 @@ impl Scene {
     ) -> PyResult<AllHits<'py>> {
         let rays = columns!(py, count, origins, directions, t_min, t_max);
         let all = ask!(py, count, progress, |observer| {
-            self.scene.intersect_all_columns(&rays, observer)
+            self.scene.observed(observer).intersect_all_columns(&rays)
         })?;
         Ok((
             PyArray1::from_vec(py, all.splits),

@@ -2,15 +2,16 @@
 //!
 //! `cargo run --release --features variants --example cost_of_robustness -- FILE [ROUNDS]`
 //!
-//! Both walk the same tree over the same rays on one thread. The plain test is that of Moller and
-//! Trumbore in single precision. Prints the medians of their rates, the median of the rounds'
+//! Both are the batch engine over the same tree and the same rays, on one thread. The plain one takes the rounded
+//! signs and depths of single precision as they come. Prints the medians of their rates, the median of the rounds'
 //! ratios, and on how many rays the plain one gives another answer.
 
 use std::path::Path;
 use std::time::Instant;
 
 use halfline::progress::NoProgress;
-use halfline::{Hit, Ray, Scene, Vec3};
+use halfline::scene::inspect;
+use halfline::{HitF32, RayF32, Scene, Vec3};
 
 const RAYS: usize = 400_000;
 
@@ -24,6 +25,12 @@ fn seconds(work: impl FnOnce()) -> f64 {
     let start = Instant::now();
     work();
     start.elapsed().as_secs_f64()
+}
+
+fn single(origin: Vec3, direction: Vec3) -> RayF32 {
+    let rounded = |v: Vec3| v.to_array().map(|x| x as f32);
+    let (origin, direction) = (rounded(origin), rounded(direction));
+    RayF32 { origin, t_min: 0.0, direction, t_max: f32::INFINITY }
 }
 
 fn main() -> halfline::error::Result<()> {
@@ -44,41 +51,38 @@ fn main() -> halfline::error::Result<()> {
     let size = bounds.extent().max_element();
     let eye = bounds.center() + Vec3::from([0.4, 0.3, 1.0]).normalized() * (1.5 * size);
     let width = (RAYS as f64).sqrt() as usize;
-    let primary: Vec<Ray> = (0..RAYS)
+    let primary: Vec<RayF32> = (0..RAYS)
         .map(|i| {
             let [x, y] = [i % width, i / width].map(|p| p as f64 / width as f64 - 0.5);
             let target = bounds.center() + Vec3::from([x, y, -0.4 * x - 0.3 * y]) * size;
-            Ray::new(eye, target - eye)
+            single(eye, target - eye)
         })
         .collect();
     let mut point = || bounds.center() + Vec3::from([random(), random(), random()]) * size;
-    let chords: Vec<Ray> = (0..RAYS)
+    let chords: Vec<RayF32> = (0..RAYS)
         .map(|_| {
             let from = point();
-            Ray::new(from, point() - from)
+            single(from, point() - from)
         })
         .collect();
 
     println!("{} triangles, {RAYS} rays, {rounds} rounds", scene.mesh().triangle_count());
     println!("rays     query     exact    plain  (M rays/s)  exact takes   other answers");
     for (name, rays) in [("primary", &primary), ("chords", &chords)] {
-        let mut exact = vec![Hit::MISS; rays.len()];
-        let mut plain = exact.clone();
-        let (mut caster, mut other) = (scene.caster(), scene.plain_caster());
+        let mut exact = vec![HitF32::MISS; rays.len()];
+        let (mut plain, mut flags) = (exact.clone(), vec![false; rays.len()]);
         let mut times = [(); 4].map(|()| Vec::new());
+        let observed = scene.observed(&NoProgress);
+        let one_thread = rayon::ThreadPoolBuilder::new().num_threads(1).build().expect("a thread");
         for _ in 0..rounds {
-            times[0].push(seconds(|| {
-                exact.iter_mut().zip(rays).for_each(|(hit, ray)| *hit = caster.closest(ray));
-            }));
-            times[1].push(seconds(|| {
-                plain.iter_mut().zip(rays).for_each(|(hit, ray)| *hit = other.closest(ray));
-            }));
-            times[2].push(seconds(|| {
-                std::hint::black_box(rays.iter().filter(|ray| caster.any(ray)).count());
-            }));
-            times[3].push(seconds(|| {
-                std::hint::black_box(rays.iter().filter(|ray| other.any(ray)).count());
-            }));
+            one_thread.install(|| {
+                times[0].push(seconds(|| {
+                    observed.intersect_f32_into(rays, &mut exact).expect("casts")
+                }));
+                times[1].push(seconds(|| inspect::intersect_plain(&scene, rays, &mut plain)));
+                times[2].push(seconds(|| observed.occluded_into(rays, &mut flags).expect("casts")));
+                times[3].push(seconds(|| inspect::occluded_plain(&scene, rays, &mut flags)));
+            });
         }
         let different = exact.iter().zip(&plain).filter(|(e, p)| e.face != p.face).count();
         for (query, first, other) in

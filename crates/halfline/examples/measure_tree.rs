@@ -27,9 +27,9 @@ fn main() -> halfline::error::Result<()> {
     let start = Instant::now();
     let mesh = halfline::io::load(Path::new(file), &NoProgress)?;
     println!("load   {:.3} s, {} triangles", start.elapsed().as_secs_f64(), mesh.triangle_count());
-    let scene = Scene::build_with(mesh, &parameters, &NoProgress)?;
+    let scene = Scene::builder(mesh).parameters(parameters).observer(&NoProgress).build()?;
     println!("build  {:.3} s", scene.build_time().as_secs_f64());
-    let statistics = scene.tree_statistics();
+    let statistics = scene.statistics();
     println!("{statistics:#.2?}");
 
     // Primary rays through a square of pixels, and chords between random points around the mesh.
@@ -69,7 +69,7 @@ fn main() -> halfline::error::Result<()> {
         let mut counters = RayCounters::default();
         let mut caster = scene.caster();
         for ray in &rays[..rays.len().min(100_000)] {
-            caster.closest_counted(ray, &mut counters);
+            caster.intersect_counted(ray, &mut counters);
         }
         let per_ray = |count: u32| f64::from(count) / rays.len().min(100_000) as f64;
         println!(

@@ -61,7 +61,7 @@ fn main() -> Result<(), halfline::Error> {
             let start = Instant::now();
             let opened = Scene::open(&tree, verify, &NoProgress)?;
             timed(name, start);
-            opened.closest(&first);
+            opened.caster().intersect(&first).unwrap_or(halfline::Hit::MISS);
             timed("   and the first hit", start);
         }
     }

@@ -32,7 +32,11 @@ fn answers(mesh: &Mesh, rays: &[Ray]) -> Vec<Answers> {
     }
     for parameters in build_variants() {
         for mesh in [mesh.clone(), in_single_precision(mesh)] {
-            let mut scene = Scene::build_with(mesh, &parameters, &NoProgress).expect("builds");
+            let mut scene = Scene::builder(mesh)
+                .parameters(parameters)
+                .observer(&NoProgress)
+                .build()
+                .expect("builds");
             assert!(by_batch(&mut scene, rays) == expected, "batch, {parameters:?}");
             for (ray, expected) in rays.iter().zip(&expected) {
                 assert_eq!(by_engine(&scene, ray), *expected, "{parameters:?}, {ray:?}");

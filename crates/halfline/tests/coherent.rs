@@ -153,7 +153,7 @@ fn scene_of_small_leaves(mesh: Mesh) -> Scene {
         duplication_budget: 8.0,
         ..BuildParameters::default()
     };
-    Scene::build_with(mesh, &parameters, &NoProgress).expect("builds")
+    Scene::builder(mesh).parameters(parameters).observer(&NoProgress).build().expect("builds")
 }
 
 /// Pictures from near and far, whole and in part, also such of which a part shows nothing.
@@ -276,7 +276,11 @@ fn of_equal_hits_the_lowest_face_counts() {
                 let expected = first.map(|(face, _)| face);
                 let found = answer.closest.is_hit().then_some(answer.closest.face);
                 assert_eq!(found, expected, "{name}: {ray:?}");
-                assert_eq!(scene.closest(ray), answer.closest, "{name}, alone: {ray:?}");
+                assert_eq!(
+                    scene.caster().intersect(ray).unwrap_or(halfline::Hit::MISS),
+                    answer.closest,
+                    "{name}, alone: {ray:?}"
+                );
                 tied += usize::from(first.is_some_and(|(_, count)| count > 1));
             }
         }

@@ -51,19 +51,15 @@ impl Table {
         let origin = Column::Same([0.1, 0.25, 3.0]);
         let single_origin = Column::Same([0.5, 0.25, 3.0]);
         let direction = Column::Same([-0.1, 0.0, -1.0]);
-        let origins: [Vectors; 4] = [
-            origin,
-            single_origin,
-            Column::Single(&self.single_origins),
-            Column::Double(&self.origins),
-        ];
+        let origins: [Vectors; 4] =
+            [origin, single_origin, Column::F32(&self.single_origins), Column::F64(&self.origins)];
         let directions: [Vectors; 3] =
-            [direction, Column::Single(&self.single_directions), Column::Double(&self.directions)];
+            [direction, Column::F32(&self.single_directions), Column::F64(&self.directions)];
         let ranges: [(Scalars, Scalars); 4] = [
             (Column::Same(0.0), Column::Same(f64::INFINITY)),
             (Column::Same(0.1), Column::Same(2.7)),
-            (Column::Single(&self.single_t_min), Column::Single(&self.single_t_max)),
-            (Column::Double(&self.t_min), Column::Same(f64::INFINITY)),
+            (Column::F32(&self.single_t_min), Column::F32(&self.single_t_max)),
+            (Column::F64(&self.t_min), Column::Same(f64::INFINITY)),
         ];
         let mut forms = Vec::new();
         for origins in origins {
@@ -84,15 +80,15 @@ fn rows(columns: &RayColumns) -> Vec<Ray> {
     fn vector(column: Vectors, i: usize) -> Vec3 {
         match column {
             Column::Same(v) => v.into(),
-            Column::Single(all) => all[i].into(),
-            Column::Double(all) => all[i].into(),
+            Column::F32(all) => all[i].into(),
+            Column::F64(all) => all[i].into(),
         }
     }
     fn number(column: Scalars, i: usize) -> f64 {
         match column {
             Column::Same(x) => x,
-            Column::Single(all) => all[i].into(),
-            Column::Double(all) => all[i],
+            Column::F32(all) => all[i].into(),
+            Column::F64(all) => all[i],
         }
     }
     let (origins, directions) = (columns.origins(), columns.directions());
@@ -131,7 +127,10 @@ fn columns_answer_as_rows_do() {
             let (mut t, mut faces) = (vec![-7.0; count], vec![-7; count]);
             let mut uv = vec![[-7.0; 2]; count];
             let hits = HitColumns { t: &mut t, face: &mut faces, uv: &mut uv };
-            scene.intersect_columns(&columns, hits, &NoProgress).expect("nobody interrupts");
+            scene
+                .observed(&NoProgress)
+                .intersect_columns(&columns, hits)
+                .expect("nobody interrupts");
             let expected = scene.intersect(&rays);
             assert_eq!(bits(t), bits(expected.iter().map(|hit| hit.t)));
             assert_eq!(faces, expected.iter().map(face).collect::<Vec<_>>());
@@ -142,14 +141,17 @@ fn columns_answer_as_rows_do() {
             for before in [false, true] {
                 let mut flags = vec![before; count];
                 scene
-                    .occluded_columns(&columns, &mut flags, &NoProgress)
+                    .observed(&NoProgress)
+                    .occluded_columns(&columns, &mut flags)
                     .expect("nobody interrupts");
                 assert_eq!(flags, scene.occluded(&rays));
             }
 
             let expected = scene.intersect_all(&rays);
-            let all =
-                scene.intersect_all_columns(&columns, &NoProgress).expect("nobody interrupts");
+            let all = scene
+                .observed(&NoProgress)
+                .intersect_all_columns(&columns)
+                .expect("nobody interrupts");
             let splits: Vec<i64> = expected.splits.iter().map(|&split| split as i64).collect();
             assert_eq!(all.splits, splits);
             assert_eq!(bits(all.t), bits(expected.hits.iter().map(|hit| hit.t)));
@@ -158,7 +160,8 @@ fn columns_answer_as_rows_do() {
             assert_eq!(bits(all.uv.into_iter().flatten()), bits(expected_uv));
 
             let mut counts = vec![-7; count];
-            let done = scene.count_intersections_columns(&columns, &mut counts, &NoProgress);
+            let done =
+                scene.observed(&NoProgress).count_intersections_columns(&columns, &mut counts);
             done.expect("nobody interrupts");
             let lengths: Vec<i64> = splits.windows(2).map(|pair| pair[1] - pair[0]).collect();
             assert_eq!(counts, lengths);
@@ -181,14 +184,17 @@ fn a_range_that_single_precision_lacks_is_not_rounded() {
     for (t_max, is_hit) in [(0.1, false), (f64::from(height), true)] {
         let columns = RayColumns::new(
             2,
-            Column::Single(&origins),
+            Column::F32(&origins),
             Column::Same([0.0, 0.0, -1.0]),
             Column::Same(0.0),
             Column::Same(t_max),
         );
         let mut flags = [!is_hit; 2];
         let columns = columns.expect("two rays");
-        scene.occluded_columns(&columns, &mut flags, &NoProgress).expect("nobody interrupts");
+        scene
+            .observed(&NoProgress)
+            .occluded_columns(&columns, &mut flags)
+            .expect("nobody interrupts");
         assert_eq!(flags, [is_hit; 2]);
     }
 }
@@ -198,9 +204,9 @@ fn a_column_of_another_length_is_refused_by_name() {
     let zero = Column::Same([0.0; 3]);
     let (three, two) = ([[0.0; 3]; 3], [0.0f32; 2]);
     let same = Column::Same(0.0);
-    let error = RayColumns::new(4, zero, Column::Double(&three), same, same).unwrap_err();
+    let error = RayColumns::new(4, zero, Column::F64(&three), same, same).unwrap_err();
     assert_eq!(error.to_string(), "directions: expected one or 4 entries, found 3");
-    let error = RayColumns::new(4, zero, zero, same, Column::Single(&two)).unwrap_err();
+    let error = RayColumns::new(4, zero, zero, same, Column::F32(&two)).unwrap_err();
     assert_eq!(error.to_string(), "t_max: expected one or 4 entries, found 2");
 }
 
@@ -209,7 +215,7 @@ fn a_column_of_another_length_is_refused_by_name() {
 fn there_cannot_be_fewer_places_than_rays() {
     let (zero, same) = (Column::Same([0.0; 3]), Column::Same(0.0));
     let columns = RayColumns::new(3, zero, zero, same, same).expect("three rays");
-    let _ = scene().occluded_columns(&columns, &mut [false; 2], &NoProgress);
+    let _ = scene().observed(&NoProgress).occluded_columns(&columns, &mut [false; 2]);
 }
 
 /// Ends the work once a number of rays are done.
@@ -237,18 +243,18 @@ fn the_observer_hears_of_all_rays_and_ends_the_work() {
         let origins = vec![[0.1f32, 0.2, 3.0]; count];
         let columns = RayColumns::new(
             count,
-            Column::Single(&origins),
+            Column::F32(&origins),
             Column::Same([0.0, 0.0, -1.0]),
             Column::Same(0.0),
             Column::Same(f64::INFINITY),
         );
         let columns = columns.expect("as many rays");
         let listener = EndsAfter { rays: u64::MAX, done: 0.into() };
-        scene.intersect_all_columns(&columns, &listener).expect("nobody interrupts");
+        scene.observed(&listener).intersect_all_columns(&columns).expect("nobody interrupts");
         assert_eq!(listener.done.into_inner(), count as u64);
 
         let ends = EndsAfter { rays: count as u64 / 2, done: 0.into() };
-        let error = scene.intersect_all_columns(&columns, &ends).unwrap_err();
+        let error = scene.observed(&ends).intersect_all_columns(&columns).unwrap_err();
         assert!(matches!(error, Error::Interrupted));
         let done = ends.done.into_inner();
         assert!(count < 4096 || done < count as u64, "all {done} rays were cast");

@@ -63,7 +63,11 @@ fn a_million_degenerate_triangles_neither_hang_nor_explode() {
         let before = MEMORY.current_usage();
         MEMORY.reset_peak_usage();
         let parameters = BuildParameters::preset(preset);
-        let scene = Scene::build_with(mesh, &parameters, &NoProgress).expect("builds");
+        let scene = Scene::builder(mesh)
+            .parameters(parameters)
+            .observer(&NoProgress)
+            .build()
+            .expect("builds");
         let peak = MEMORY.peak_usage() - before;
         assert!(peak <= 2 * ordinary, "{name}: {peak} bytes, a scan takes {ordinary}");
         check_structure(&name, scene.tree(), scene.mesh());
@@ -71,7 +75,10 @@ fn a_million_degenerate_triangles_neither_hang_nor_explode() {
             let origin = random.point() * 2.0;
             let aim = if i == 0 { Vec3::from([0.25, 0.25, 0.125]) } else { random.point() * 0.3 };
             let ray = Ray::new(origin, aim - origin);
-            let (engine, judge) = (scene.closest(&ray), brute_force::closest(scene.mesh(), &ray));
+            let (engine, judge) = (
+                scene.caster().intersect(&ray).unwrap_or(halfline::Hit::MISS),
+                brute_force::closest(scene.mesh(), &ray),
+            );
             assert_eq!(engine, judge, "{name}: {ray:?}");
         }
     }

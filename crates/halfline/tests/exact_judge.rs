@@ -7,7 +7,7 @@ use common::exact::{
     cross, crosses, exact, exact_double, is_front, meeting, minus, nearest_double,
 };
 use common::nudge;
-use halfline::numeric::{Bounds, Orientation, PreparedRay, is_zero_area};
+use halfline::numeric::{Interval, Orientation, PreparedRay, is_zero_area};
 use halfline::{Ray, Vec3};
 use num_traits::Zero;
 use proptest::prelude::*;
@@ -64,7 +64,7 @@ fn check_bounds(ray: &Ray, corners: [Vec3; 3]) -> Result<(), TestCaseError> {
     let (found, expected) = (prepared.meet_line(corners), meeting(ray, corners));
     prop_assert_eq!(found.is_some(), expected.is_some(), "{:?} {:?}", ray, corners);
     if let (Some(meeting), Some([t, ..])) = (found, expected) {
-        let Bounds { low, high } = meeting.bounds(&prepared);
+        let Interval { low, high } = meeting.bounds(&prepared);
         let is_above = low == f64::NEG_INFINITY || exact_double(low) <= t;
         let is_below = high == f64::INFINITY || t <= exact_double(high);
         prop_assert!(is_above && is_below, "{} is not in {}..{}", nearest_double(&t), low, high);

@@ -19,7 +19,11 @@ fn ordinary_meshes() -> impl Iterator<Item = (&'static str, Mesh)> {
 }
 
 fn build(mesh: &Mesh, parameters: &BuildParameters) -> Scene {
-    Scene::build_with(mesh.clone(), parameters, &NoProgress).expect("builds")
+    Scene::builder(mesh.clone())
+        .parameters(*parameters)
+        .observer(&NoProgress)
+        .build()
+        .expect("builds")
 }
 
 /// `x * 2^exponent`, or `None` if that loses a bit.

@@ -7,8 +7,9 @@ use common::engines::{by_batch, by_engine};
 use common::{Random, meshes, nasty_ray};
 use halfline::builder::BuildParameters;
 use halfline::geometry::NO_FACE;
-use halfline::numeric::{LeafFilter, PreparedRay, Touched};
+use halfline::numeric::{PreparedRay, Touched};
 use halfline::progress::NoProgress;
+use halfline::scene::inspect;
 use halfline::simd::Level;
 use halfline::{Ray, Scene, Vec3};
 
@@ -18,10 +19,10 @@ fn check(name: &str, scene: &Scene, ray: &Ray) -> [u64; 3] {
     let tree = scene.tree();
     let line = Ray { t_min: f64::NEG_INFINITY, t_max: f64::INFINITY, ..*ray };
     let Some(prepared) = PreparedRay::new(&line) else { return [0; 3] };
-    let filter = LeafFilter::new(&line, &tree.frame, tree.reach);
     let mut counts = [0; 3];
     for block in &tree.leaves.blocks {
-        let candidates = filter.candidates(&block.corners);
+        let verdict = inspect::leaf_verdict(scene, &line, block);
+        let candidates = verdict.map_or(0, |verdict| verdict.candidates);
         for (lane, &face) in block.faces.iter().enumerate() {
             let is_candidate = candidates >> lane & 1 == 1;
             if face == NO_FACE {
@@ -50,7 +51,7 @@ fn check_verdicts(name: &str, scene: &mut Scene, ray: &Ray) -> [u64; 3] {
     for level in Level::available() {
         scene.set_simd_level(level);
         for block in &scene.tree().leaves.blocks {
-            let Some(verdict) = scene.leaf_verdict(ray, block) else { continue };
+            let Some(verdict) = inspect::leaf_verdict(scene, ray, block) else { continue };
             for (lane, &face) in
                 block.faces.iter().enumerate().filter(|(_, face)| **face != NO_FACE)
             {
@@ -115,7 +116,11 @@ fn crumbs_are_where_they_are() {
         duplication_budget: 8.0,
         ..BuildParameters::default()
     };
-    let mut scene = Scene::build_with(mesh, &few_in_a_cell, &NoProgress).expect("builds");
+    let mut scene = Scene::builder(mesh)
+        .parameters(few_in_a_cell)
+        .observer(&NoProgress)
+        .build()
+        .expect("builds");
     let mut rays = Vec::new();
     for [a, b, c] in corners {
         for _ in 0..4 {
@@ -162,7 +167,14 @@ fn scenes() -> Vec<(&'static str, Scene)> {
     meshes()
         .into_iter()
         .map(|(name, mesh)| {
-            (name, Scene::build_with(mesh, &few_in_a_cell, &NoProgress).expect("builds"))
+            (
+                name,
+                Scene::builder(mesh)
+                    .parameters(few_in_a_cell)
+                    .observer(&NoProgress)
+                    .build()
+                    .expect("builds"),
+            )
         })
         .collect()
 }

@@ -88,8 +88,11 @@ fn engine_agrees_with_brute_force() {
     let mut sent = 0;
     for (seed, (name, mesh)) in meshes.iter().enumerate() {
         for parameters in &variants {
-            let mut scene =
-                Scene::build_with(mesh.clone(), parameters, &NoProgress).expect("builds");
+            let mut scene = Scene::builder(mesh.clone())
+                .parameters(*parameters)
+                .observer(&NoProgress)
+                .build()
+                .expect("builds");
             let planes = engine_planes(&scene);
             let name = format!("{name}, {parameters:?}");
             compare(&name, mesh, &planes, rays, seed as u64, |rays| {

@@ -3,7 +3,9 @@
 mod common;
 
 use common::{Random, meshes, nasty_ray, sphere};
+use halfline::progress::NoProgress;
 use halfline::scene::WorkCounts;
+use halfline::scene::inspect;
 use halfline::{Hit, HitF32, Ray, RayF32, Scene, Vec3};
 
 fn single(ray: &Ray) -> RayF32 {
@@ -31,20 +33,20 @@ fn answers_into_given_memory_are_those_of_new_memory() {
             let singles: Vec<RayF32> = rays.iter().map(single).collect();
 
             let mut hits = vec![BEFORE; count];
-            scene.intersect_into(&rays, &mut hits);
+            scene.observed(&NoProgress).intersect_into(&rays, &mut hits).expect("casts");
             assert_eq!(hits, scene.intersect(&rays), "{name}");
 
             let mut hits = vec![BEFORE_SINGLE; count];
-            scene.intersect_f32_into(&singles, &mut hits);
+            scene.observed(&NoProgress).intersect_f32_into(&singles, &mut hits).expect("casts");
             assert_eq!(hits, scene.intersect_f32(&singles), "{name}");
 
             // Whatever was there.
             for before in [false, true] {
                 let mut flags = vec![before; count];
-                scene.occluded_into(&rays, &mut flags);
+                scene.observed(&NoProgress).occluded_into(&rays, &mut flags).expect("casts");
                 assert_eq!(flags, scene.occluded(&rays), "{name}");
                 let mut flags = vec![before; count];
-                scene.occluded_into(&singles, &mut flags);
+                scene.observed(&NoProgress).occluded_into(&singles, &mut flags).expect("casts");
                 assert_eq!(flags, scene.occluded(&singles), "{name}");
             }
         }
@@ -60,9 +62,9 @@ fn misses_are_written_too() {
     let singles: Vec<RayF32> = rays.iter().map(single).collect();
     let (mut hits, mut single_hits) = (vec![BEFORE; 100], vec![BEFORE_SINGLE; 100]);
     let mut flags = vec![true; 100];
-    scene.intersect_into(&rays, &mut hits);
-    scene.intersect_f32_into(&singles, &mut single_hits);
-    scene.occluded_into(&rays, &mut flags);
+    scene.observed(&NoProgress).intersect_into(&rays, &mut hits).expect("casts");
+    scene.observed(&NoProgress).intersect_f32_into(&singles, &mut single_hits).expect("casts");
+    scene.observed(&NoProgress).occluded_into(&rays, &mut flags).expect("casts");
     assert_eq!(hits, vec![Hit::MISS; 100]);
     assert_eq!(single_hits, vec![HitF32::MISS; 100]);
     assert_eq!(flags, vec![false; 100]);
@@ -78,19 +80,21 @@ fn a_sphere() -> Scene {
 #[test]
 #[should_panic(expected = "a place for the answer of each ray")]
 fn there_cannot_be_fewer_hits_than_rays() {
-    a_sphere().intersect_into(&RAYS, &mut [Hit::MISS; 2]);
+    a_sphere().observed(&NoProgress).intersect_into(&RAYS, &mut [Hit::MISS; 2]);
 }
 
 #[test]
 #[should_panic(expected = "a place for the answer of each ray")]
 fn there_cannot_be_more_single_hits_than_rays() {
-    a_sphere().intersect_f32_into(&RAYS.map(|ray| single(&ray)), &mut [HitF32::MISS; 4]);
+    a_sphere()
+        .observed(&NoProgress)
+        .intersect_f32_into(&RAYS.map(|ray| single(&ray)), &mut [HitF32::MISS; 4]);
 }
 
 #[test]
 #[should_panic(expected = "a place for the answer of each ray")]
 fn there_cannot_be_more_flags_than_rays() {
-    a_sphere().occluded_into(&RAYS, &mut [false; 4]);
+    a_sphere().observed(&NoProgress).occluded_into(&RAYS, &mut [false; 4]);
 }
 
 /// The pixels of a picture of a sphere, tile by tile of 8 by 8.
@@ -120,20 +124,20 @@ fn work_is_counted_for_each_ray() {
     for is_any in [false, true] {
         // One ray alone that hits comes to at least a node and a leaf.
         for ray in rays.iter().step_by(97) {
-            let work = scene.count_work(std::slice::from_ref(ray), is_any);
-            let is_hit = scene.any(&Ray::from(*ray));
+            let work = inspect::count_work(&scene, std::slice::from_ref(ray), is_any);
+            let is_hit = scene.caster().occluded(&Ray::from(*ray));
             assert_eq!(work.rays, 1);
             assert!(!is_hit || work.nodes > 0 && work.leaves > 0, "{work:?}, {ray:?}");
         }
-        let work = scene.count_work(&rays, is_any);
+        let work = inspect::count_work(&scene, &rays, is_any);
         assert_eq!(work.rays, rays.len() as u64);
         assert!(work.nodes > 0 && work.leaves > 0, "{work:?}");
         // Nearly all of this is plain.
         assert!(work.exact * 1000 < work.rays, "{work:?}");
-        assert_eq!(scene.count_work::<RayF32>(&[], is_any), WorkCounts::default());
+        assert_eq!(inspect::count_work::<RayF32>(&scene, &[], is_any), WorkCounts::default());
         // The same rays in double precision take the same way.
         let doubles: Vec<Ray> = rays.iter().map(|&ray| Ray::from(ray)).collect();
-        assert_eq!(scene.count_work(&doubles, is_any), work);
+        assert_eq!(inspect::count_work(&scene, &doubles, is_any), work);
     }
 }
 
@@ -143,7 +147,7 @@ fn rays_through_edges_are_decided_exactly() {
     let rays =
         vec![single(&Ray::new(Vec3::from([0.0, 0.0, 3.0]), Vec3::from([0.0, 0.0, -1.0]))); 64];
     for is_any in [false, true] {
-        let work = scene.count_work(&rays, is_any);
+        let work = inspect::count_work(&scene, &rays, is_any);
         assert!(work.exact >= 64, "{work:?}");
     }
 }
@@ -155,7 +159,7 @@ fn work_does_not_depend_on_threads() {
     for is_any in [false, true] {
         let work = [1, 2, 5].map(|threads| {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
-            pool.expect("threads").install(|| scene.count_work(&rays, is_any))
+            pool.expect("threads").install(|| inspect::count_work(&scene, &rays, is_any))
         });
         assert_eq!(work[0], work[1]);
         assert_eq!(work[0], work[2]);
@@ -169,8 +173,8 @@ fn rays_that_are_alike_fetch_less_together() {
     for level in halfline::simd::Level::available() {
         scene.set_simd_level(level);
         for is_any in [false, true] {
-            let together = scene.count_work(&rays, is_any);
-            let apart = scene.count_work(&shuffled(&rays), is_any);
+            let together = inspect::count_work(&scene, &rays, is_any);
+            let apart = inspect::count_work(&scene, &shuffled(&rays), is_any);
             assert!(together.nodes * 8 < apart.nodes, "{together:?} {apart:?}");
             assert!(together.leaves * 2 < apart.leaves, "{together:?} {apart:?}");
             assert!(together.cache_lines() * 3 < apart.cache_lines());

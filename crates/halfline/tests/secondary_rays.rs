@@ -106,7 +106,7 @@ fn no_ray_hits_the_face_that_it_leaves() {
             let aim = mesh.corners(random.below(mesh.triangle_count()) as u32);
             let target = [aim[0], aim[1], aim[0] * 0.5 + aim[2] * 0.5][i % 3];
             let from = eye + random.point() * (2.0 * size);
-            let hit = scene.closest(&Ray::new(from, target - from));
+            let hit = scene.caster().intersect(&Ray::new(from, target - from)).unwrap_or(Hit::MISS);
             if !hit.is_hit() {
                 continue;
             }
@@ -119,7 +119,12 @@ fn no_ray_hits_the_face_that_it_leaves() {
                 assert!(ray.is_valid(), "{name}: {ray:?}");
                 let what = || format!("{name}: {ray:?} from {hit:?} on {corners:?}");
                 assert!(!meets(origin, direction, corners), "{}", what());
-                assert_ne!(scene.closest(&ray).face, hit.face, "{}", what());
+                assert_ne!(
+                    scene.caster().intersect(&ray).unwrap_or(Hit::MISS).face,
+                    hit.face,
+                    "{}",
+                    what()
+                );
                 tally.rays += 1;
                 let plain = meets(surface.point, direction, corners);
                 tally.plain_self_hits += usize::from(plain);
@@ -253,8 +258,8 @@ fn convex_bodies_are_left_for_good_and_crossed_within() {
             assert!(lies != 0 && (lies == goes || goes == 0), "lies {lies}, {}", what());
 
             hits.clear();
-            body.scene.all(&ray, &mut hits);
-            let any = body.scene.any(&ray);
+            body.scene.caster().intersect_all(&ray, &mut hits);
+            let any = body.scene.caster().occluded(&ray);
             if lies > 0 {
                 assert!(hits.is_empty() && !any, "{hits:?}, {}", what());
             } else {
@@ -272,7 +277,11 @@ fn convex_bodies_are_left_for_good_and_crossed_within() {
                 }
             }
             tally.rays += 1;
-            let plain = body.scene.closest(&Ray::new(surface.point, direction));
+            let plain = body
+                .scene
+                .caster()
+                .intersect(&Ray::new(surface.point, direction))
+                .unwrap_or(Hit::MISS);
             tally.plain_self_hits += usize::from(plain.face == face);
             plain_wrong += usize::from(goes > 0 && plain.face != NO_FACE);
         }

@@ -18,7 +18,11 @@ fn trees_are_what_they_should_be() {
         .map(|kind| (kind.name(), generate(kind, 30_000, 1, &NoProgress).expect("generates")));
     for (name, mesh) in meshes().into_iter().chain(generated) {
         for parameters in build_variants() {
-            let scene = Scene::build_with(mesh.clone(), &parameters, &NoProgress).expect("builds");
+            let scene = Scene::builder(mesh.clone())
+                .parameters(parameters)
+                .observer(&NoProgress)
+                .build()
+                .expect("builds");
             check_structure(name, scene.tree(), &mesh);
             let limit = mesh.triangle_count() as f64 * (1.0 + parameters.duplication_budget);
             assert!(scene.tree().references as f64 <= limit, "{name}: {parameters:?}");
@@ -34,13 +38,17 @@ fn the_tree_does_not_depend_on_the_number_of_threads() {
         let build = |threads| {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
             pool.expect("a pool").install(|| {
-                Scene::build_with(mesh.clone(), &parameters, &NoProgress).expect("builds")
+                Scene::builder(mesh.clone())
+                    .parameters(parameters)
+                    .observer(&NoProgress)
+                    .build()
+                    .expect("builds")
             })
         };
         let (one, four) = (build(1), build(4));
         let [one, four] = [one.tree(), four.tree()];
         assert_eq!(one.references, four.references);
-        let bytes = |tree: &Tree| bytemuck::cast_slice::<_, u8>(&tree.children).to_vec();
+        let bytes = |tree: &Tree| bytemuck::cast_slice::<_, u8>(&tree.nodes).to_vec();
         assert!(bytes(one) == bytes(four), "{preset:?}: nodes differ");
         let leaves = |tree: &Tree| bytemuck::cast_slice::<_, u8>(&tree.leaves.blocks).to_vec();
         assert!(leaves(one) == leaves(four), "{preset:?}: leaves differ");
@@ -57,10 +65,10 @@ fn empty_meshes_and_meshes_of_skipped_faces_are_never_hit() {
         let scene = Scene::new(mesh).expect("builds");
         let tree = scene.tree();
         assert_eq!((tree.skipped_zero_area, tree.skipped_non_finite), (zero_area, non_finite));
-        let statistics = scene.tree_statistics();
-        assert_eq!((statistics.leaves, statistics.empty_leaves, statistics.references), (1, 1, 0));
+        let statistics = scene.statistics();
+        assert_eq!((statistics.nodes, statistics.leaves, statistics.references), (0, 0, 0));
         let ray = Ray::new(Vec3::ZERO, Vec3::from([1.0, 1.0, 1.0]));
-        assert!(!scene.closest(&ray).is_hit() && !scene.any(&ray));
+        assert!(scene.caster().intersect(&ray).is_none() && !scene.caster().occluded(&ray));
     }
 }
 
@@ -73,7 +81,7 @@ fn a_build_ends_when_it_is_told_to() {
         }
     }
     let mesh = generate(Kind::Sphere, 20_000, 1, &NoProgress).expect("generates");
-    assert!(matches!(Scene::build(mesh, &Impatient), Err(Error::Interrupted)));
+    assert!(matches!(Scene::builder(mesh).observer(&Impatient).build(), Err(Error::Interrupted)));
 }
 
 #[test]
@@ -94,7 +102,12 @@ fn senseless_parameters_are_refused() {
             "duplication_budget",
         ),
     ] {
-        let error = Scene::build_with(soup([]), &parameters, &NoProgress).err().expect("an error");
+        let error = Scene::builder(soup([]))
+            .parameters(parameters)
+            .observer(&NoProgress)
+            .build()
+            .err()
+            .expect("an error");
         assert!(error.to_string().starts_with(name), "{error}");
     }
 }

@@ -98,7 +98,7 @@ impl Ready<'_> {
             Ready::Textbook(tree) => one_by_one(rays, TEXTBOOK_CHUNK, observer, |ray| {
                 tree.ray_tree_intersection_counted(ray, visits)
             }),
-            Ready::Fast(scene) => scene.intersect_observed(rays, observer),
+            Ready::Fast(scene) => scene.observed(observer).intersect(rays),
         }
     }
 
@@ -108,10 +108,10 @@ impl Ready<'_> {
     /// number of leaves times the mean number in the leaves that some of the rays come to one by one.
     pub fn count(&self, rays: &[Ray]) -> Option<Visits> {
         let Ready::Fast(scene) = self else { return None };
-        let work = scene.count_work(rays, false);
+        let work = inspect::count_work(&scene, rays, false);
         let (mut leaves, mut triangles) = (0, 0);
         for ray in rays.iter().take(FILL_RAYS) {
-            let (_, visits) = scene.watch(ray);
+            let (_, visits) = inspect::record_visits(&scene, ray);
             for visit in visits.iter().filter(|visit| visit.word.is_leaf()) {
                 let faces = &scene.tree().leaves.blocks[visit.word.index()].faces;
                 leaves += 1;
@@ -165,7 +165,9 @@ fn one_by_one(
 /// Those of [`Scene::build`].
 pub fn build_fast(mesh: &Arc<Mesh>, observer: &dyn Observer) -> Result<Ready<'static>> {
     let parameters = halfline::builder::BuildParameters::default();
-    Ok(Ready::Fast(Box::new(Scene::build_with(Arc::clone(mesh), &parameters, observer)?)))
+    Ok(Ready::Fast(Box::new(
+        Scene::builder(Arc::clone(mesh)).parameters(parameters).observer(observer).build()?,
+    )))
 }
 
 /// Bytes of vertices and faces.

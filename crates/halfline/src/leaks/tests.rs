@@ -135,7 +135,7 @@ fn every_ray_through_a_hole_is_seen() {
     assert!(leaks.clone().count() > 0 && !report.is_clean());
     for leak in leaks {
         assert_eq!((leak.closest_t, leak.crossings), (f64::INFINITY, 0));
-        assert!(!scene.any(&leak.ray));
+        assert!(!scene.caster().occluded(&leak.ray));
     }
 }
 

@@ -7,7 +7,6 @@ use halfline::simd::Level;
 use halfline::textbook::{
     KdTree, Middle, Node, ObjectMedian, SplittingRule, SurfaceArea, Termination,
 };
-use halfline::tree::{NodeKind, Split};
 use halfline::{Hit, Mesh, Ray, RayF32, Scene, brute_force};
 
 use super::contact::{Answers, Case};
@@ -36,8 +35,12 @@ pub fn by_textbook(tree: &KdTree, ray: &Ray) -> Answers {
 
 pub fn by_engine(scene: &Scene, ray: &Ray) -> Answers {
     let mut all = Vec::new();
-    scene.all(ray, &mut all);
-    Answers { closest: scene.closest(ray), any: scene.any(ray), all }
+    scene.caster().intersect_all(ray, &mut all);
+    Answers {
+        closest: scene.caster().intersect(ray).unwrap_or(Hit::MISS),
+        any: scene.caster().occluded(ray),
+        all,
+    }
 }
 
 /// The answers to a batch, ray by ray, which are the same bits by every instruction set.
@@ -136,7 +139,11 @@ pub fn check_engines(mesh: &Mesh, cases: &[Case], turn: usize) -> Result<(), Str
 
     for (i, parameters) in build_variants().iter().enumerate() {
         let mesh = meshes[(turn + i) % meshes.len()].clone();
-        let mut scene = Scene::build_with(mesh, parameters, &NoProgress).expect("builds");
+        let mut scene = Scene::builder(mesh)
+            .parameters(*parameters)
+            .observer(&NoProgress)
+            .build()
+            .expect("builds");
         let name = format!("engine, {parameters:?}, turn {turn}");
         check(&format!("{name}, batch"), by_batch(&mut scene, &rays))?;
         if (turn / 2 + i).is_multiple_of(2) {
@@ -154,17 +161,17 @@ pub fn textbook_planes(node: &Node, planes: &mut Vec<(usize, f64)>) {
     }
 }
 
-/// The splitting planes and box sides of the engine's tree, in user coordinates.
+/// The box sides of the engine's tree, in user coordinates.
 pub fn engine_planes(scene: &Scene) -> Vec<(usize, f64)> {
     let tree = scene.tree();
     let mut planes = Vec::new();
-    for node in tree.children.iter().flat_map(|pair| pair.0) {
-        if let NodeKind::Inner { split: Split::Plane { axis, position }, .. } = node.kind() {
-            planes.push((axis, tree.frame.to_user(position, axis)));
-        }
-        for axis in 0..3 {
-            planes.push((axis, tree.frame.to_user(node.bounds.min[axis], axis)));
-            planes.push((axis, tree.frame.to_user(node.bounds.max[axis], axis)));
+    for node in &tree.nodes {
+        for (lane, _) in node.children().enumerate() {
+            let bounds = node.bounds(lane);
+            for axis in 0..3 {
+                planes.push((axis, tree.frame.to_user(bounds.min[axis], axis)));
+                planes.push((axis, tree.frame.to_user(bounds.max[axis], axis)));
+            }
         }
     }
     planes.retain(|(_, position)| position.is_finite());

@@ -13,11 +13,10 @@ mod random;
 
 pub use random::Random;
 
+use halfline::geometry::NO_FACE;
 use halfline::mesh::Positions;
 use halfline::numeric::PreparedRay;
-use halfline::tree::{
-    BLOCK_SIZE, Bounds, LeafBlock, MAX_DEPTH, Node, NodeKind, NodeRef, Split, Tree,
-};
+use halfline::tree::{BLOCK_SIZE, Bounds, LeafBlock, MAX_STACK_SIZE, NodeRef, Tree};
 use halfline::{Mesh, Ray, Vec3};
 
 /// A mesh from triangles that share no vertex.
@@ -304,62 +303,37 @@ fn check_rounding(name: &str, tree: &Tree, mesh: &Mesh, block: &LeafBlock, lane:
     }
 }
 
-/// Walks the whole tree and fails unless it is what `tree/` says.
+/// Walks the whole tree and fails unless it is what `tree/` says: leaves of up to eight faces that know their
+/// corners, every reference in one leaf, each node and leaf once, boxes within boxes, all children visited in any
+/// octant, and a stack as large as walks need.
 pub fn check_structure(name: &str, tree: &Tree, mesh: &Mesh) {
     let mut seen = vec![false; mesh.triangle_count()];
+    let mut visits = [vec![0; tree.nodes.len()], vec![0; tree.leaves.blocks.len()]];
     let mut referenced = 0;
-    let mut pending: Vec<(Node, usize)> = vec![(tree.root, 0)];
-    while let Some((node, depth)) = pending.pop() {
-        assert!(depth < MAX_DEPTH, "{name}: depth {depth}");
-        match node.kind() {
-            NodeKind::Leaf { first, count } => {
-                assert!(count as usize <= BLOCK_SIZE, "{name}: a leaf of {count}");
-                let block = &tree.leaves.blocks[first as usize];
-                for (lane, &face) in tree.faces(first, count).iter().enumerate() {
-                    seen[face as usize] = true;
-                    let corners = tree.leaves.corners(mesh, &tree.frame, block, lane);
-                    assert_eq!(corners, mesh.corners(face), "{name}: corners of face {face}");
-                    check_rounding(name, tree, mesh, block, lane);
-                }
-                referenced += count as usize;
-            }
-            NodeKind::Inner { children, split } => {
-                let [first, second] = tree.children[children as usize].0;
-                for child in [first, second] {
-                    assert!(contains(&node.bounds, &child.bounds), "{name}: {child:?} in {node:?}");
-                    pending.push((child, depth + 1));
-                }
-                if let Split::Plane { axis, position } = split {
-                    let below = first.bounds.is_empty() || first.bounds.max[axis] <= position;
-                    let above = second.bounds.is_empty() || second.bounds.min[axis] >= position;
-                    assert!(below && above, "{name}: {split:?} between {first:?} and {second:?}");
-                }
-            }
+    let mut stack_sizes = vec![0; tree.nodes.len()];
+    let mut pending = vec![(tree.root, tree.bounds)];
+    while let Some((place, bounds)) = pending.pop() {
+        if place == NodeRef::END {
+            assert_eq!(tree.references, 0, "{name}: an empty tree");
+            continue;
         }
-    }
-    assert_eq!(referenced, tree.references, "{name}: every reference in one leaf");
-    let missing = seen.iter().filter(|&&seen| !seen).count();
-    let skipped = tree.skipped_zero_area + tree.skipped_non_finite;
-    assert_eq!(missing, skipped, "{name}: faces without a reference");
-    check_wide(name, tree);
-}
-
-/// Fails unless the wide tree holds each leaf of the binary one once, in boxes that hold those of
-/// what is below them, visits all children in any octant, and says how many may wait.
-fn check_wide(name: &str, tree: &Tree) {
-    let mut boxes = vec![None; tree.leaves.blocks.len()];
-    for node in tree.children.iter().flat_map(|pair| pair.0).chain([tree.root]) {
-        if let NodeKind::Leaf { first, .. } = node.kind() {
-            boxes[first as usize] = Some(node.bounds);
+        visits[usize::from(place.is_leaf())][place.index()] += 1;
+        if place.is_leaf() {
+            let block = &tree.leaves.blocks[place.index()];
+            let faces: Vec<u32> = tree.faces(place.index()).collect();
+            assert!(!faces.is_empty() && faces.len() <= BLOCK_SIZE, "{name}: a leaf of {faces:?}");
+            assert!(block.faces[faces.len()..].iter().all(|&face| face == NO_FACE), "{name}");
+            for (lane, &face) in faces.iter().enumerate() {
+                seen[face as usize] = true;
+                let corners = tree.leaves.corners(mesh, &tree.frame, block, lane);
+                assert_eq!(corners, mesh.corners(face), "{name}: corners of face {face}");
+                check_rounding(name, tree, mesh, block, lane);
+                check_overlap(name, tree, &bounds, block, lane);
+            }
+            referenced += faces.len();
+            continue;
         }
-    }
-    let wide = &tree.wide;
-    let mut waiting = vec![0; wide.nodes.len()];
-    let bounds_in = |node: &Node, lane: usize| {
-        let side = |side: usize| [0, 1, 2].map(|axis| node.planes[axis][side][lane]);
-        Bounds { min: side(0), max: side(1) }
-    };
-    for (number, node) in wide.nodes.iter().enumerate().rev() {
+        let node = &tree.nodes[place.index()];
         let children: Vec<NodeRef> = node.children().collect();
         assert!(children.len() >= 2, "{name}: {children:?}");
         for order in node.orders {
@@ -368,27 +342,41 @@ fn check_wide(name: &str, tree: &Tree) {
             lanes.sort_unstable();
             assert_eq!(lanes, [0, 1, 2, 3, 4, 5, 6, 7], "{name}: an order");
         }
-        for (lane, child) in children.iter().enumerate() {
-            let bounds = bounds_in(node, lane);
-            if child.is_leaf() {
-                assert_eq!(boxes[child.index()].take(), Some(bounds), "{name}: a leaf's box");
-            } else {
-                assert!(child.index() > number, "{name}: children come later");
-                let below = &wide.nodes[child.index()];
-                for lane in 0..below.children().count() {
-                    let inner = bounds_in(below, lane);
-                    assert!(contains(&bounds, &inner), "{name}: {inner:?} in {bounds:?}");
-                }
-            }
+        for (lane, &child) in children.iter().enumerate() {
+            let inner = node.bounds(lane);
+            assert!(contains(&bounds, &inner), "{name}: {inner:?} in {bounds:?}");
+            assert!(
+                child.is_leaf() || child.index() > place.index(),
+                "{name}: children come later"
+            );
+            pending.push((child, inner));
         }
-        let deepest = children.iter().filter(|word| word.is_inner());
-        let deepest = deepest.map(|word| waiting[word.index()]).max().unwrap_or(0);
-        waiting[number] = children.len() - 1 + deepest;
     }
-    if wide.root.is_leaf() {
-        boxes[wide.root.index()] = None;
+    for (number, node) in tree.nodes.iter().enumerate().rev() {
+        let below = node.children().filter(|child| child.is_node());
+        let below = below.map(|child| stack_sizes[child.index()]).max().unwrap_or(0);
+        stack_sizes[number] = node.children().count() - 1 + below;
     }
-    assert_eq!(wide.max_stack_size, waiting.first().copied().unwrap_or(0), "{name}");
-    let lost = boxes.iter().flatten().filter(|bounds| !bounds.is_empty()).count();
-    assert_eq!(lost, 0, "{name}: leaves that no node has");
+    assert_eq!(tree.max_stack_size, stack_sizes.first().copied().unwrap_or(0), "{name}");
+    assert!(tree.max_stack_size <= MAX_STACK_SIZE, "{name}");
+    let is_empty = tree.root == NodeRef::END;
+    assert!(is_empty || visits.iter().flatten().all(|&count| count == 1), "{name}: each once");
+    assert_eq!(referenced, tree.references, "{name}: every reference in one leaf");
+    let missing = seen.iter().filter(|&&seen| !seen).count();
+    let skipped = tree.skipped_zero_area + tree.skipped_non_finite;
+    assert_eq!(missing, skipped, "{name}: faces without a reference");
+}
+
+/// A leaf's triangles reach into its box, within the rounding of their corners.
+fn check_overlap(name: &str, tree: &Tree, bounds: &Bounds, block: &LeafBlock, lane: usize) {
+    let room = 4.0 * f32::EPSILON * tree.reach;
+    for axis in 0..3 {
+        let corners = block.corners.map(|corner| corner[axis][lane]);
+        let (low, high) = (
+            corners.into_iter().fold(f32::INFINITY, f32::min),
+            corners.into_iter().fold(f32::NEG_INFINITY, f32::max),
+        );
+        let overlaps = low - room <= bounds.max[axis] && bounds.min[axis] <= high + room;
+        assert!(overlaps, "{name}: face {} is beside {bounds:?}", block.faces[lane]);
+    }
 }

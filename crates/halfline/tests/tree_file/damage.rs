@@ -41,20 +41,20 @@ pub fn ask_everything(scene: &Scene, step: usize) -> usize {
     let singles: Vec<RayF32> = all.iter().map(single).collect();
     let by_one = || {
         for ray in &all {
-            scene.closest(ray);
-            scene.any(ray);
-            scene.all(ray, &mut Vec::new());
+            scene.caster().intersect(ray).unwrap_or(halfline::Hit::MISS);
+            scene.caster().occluded(ray);
+            scene.caster().intersect_all(ray, &mut Vec::new());
         }
         Ok(())
     };
     let answered = [
-        is_answered(scene.intersect_observed(&all, &NoProgress)),
-        is_answered(scene.intersect_f32_observed(&singles, &NoProgress)),
-        is_answered(scene.occluded_observed(&all, &NoProgress)),
-        is_answered(scene.intersect_all_observed(&all, &NoProgress)),
-        is_answered(scene.count_intersections_observed(&singles, &NoProgress)),
+        is_answered(scene.observed(&NoProgress).intersect(&all)),
+        is_answered(scene.observed(&NoProgress).intersect_f32(&singles)),
+        is_answered(scene.observed(&NoProgress).occluded(&all)),
+        is_answered(scene.observed(&NoProgress).intersect_all(&all)),
+        is_answered(scene.observed(&NoProgress).count_intersections(&singles)),
         is_answered(scene.guarded(by_one)),
-        is_answered(scene.guarded(|| Ok(scene.tree_statistics()))),
+        is_answered(scene.guarded(|| Ok(scene.statistics()))),
         is_answered(scene.guarded(|| Ok(scene.mesh().bounds()))),
     ];
     answered.into_iter().filter(|answered| *answered).count()
@@ -153,7 +153,7 @@ fn a_file_cut_short_is_an_error_and_not_the_end() {
         let opened = Scene::open(&path, Verify::Never, &NoProgress).unwrap();
         assert_eq!(opened.intersect(&rays), expected);
         File::options().write(true).open(&path).unwrap().set_len(length as u64).unwrap();
-        let error = opened.intersect_observed(&rays, &NoProgress).unwrap_err().to_string();
+        let error = opened.observed(&NoProgress).intersect(&rays).unwrap_err().to_string();
         assert!(error.contains("tree.hlt") && error.contains("cut short"), "{error}");
         ask_everything(&opened, 1);
         assert!(opened.save(&folder.path().join("copy.hlt"), &NoProgress).is_err());

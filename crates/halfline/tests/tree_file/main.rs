@@ -50,13 +50,16 @@ fn what_is_opened_answers_as_what_was_saved() {
     let path = folder.path().join("tree.hlt");
     for (name, mesh) in meshes() {
         for parameters in build_variants() {
-            let mut scene =
-                Scene::build_with(mesh.clone(), &parameters, &NoProgress).expect("builds");
+            let mut scene = Scene::builder(mesh.clone())
+                .parameters(parameters)
+                .observer(&NoProgress)
+                .build()
+                .expect("builds");
             scene.save(&path, &NoProgress).expect("saves");
             let mut opened = open(&path);
             assert!(mesh_bits(opened.mesh()) == mesh_bits(scene.mesh()), "{name}");
             assert_eq!(opened.build_parameters(), &parameters, "{name}");
-            assert_eq!(opened.tree_statistics(), scene.tree_statistics(), "{name}");
+            assert_eq!(opened.statistics(), scene.statistics(), "{name}");
             let rays = rays(scene.mesh(), 64);
             let expected: Vec<_> = by_batch(&mut scene, &rays).iter().map(bits).collect();
             let found: Vec<_> = by_batch(&mut opened, &rays).iter().map(bits).collect();
@@ -82,7 +85,7 @@ fn a_mesh_keeps_all_that_it_has() {
     // Nothing was copied, but the materials.
     let Positions::F32(positions) = opened.mesh().positions() else { panic!("single precision") };
     assert_eq!(positions.bytes_in_memory(), 0);
-    assert_eq!(opened.tree().children.bytes_in_memory(), 0);
+    assert_eq!(opened.tree().nodes.bytes_in_memory(), 0);
     assert_eq!(opened.mesh().source_faces.as_ref().unwrap().bytes_in_memory(), 0);
 
     // What was opened can be saved, over itself too, and the one that is open goes on.
@@ -109,7 +112,9 @@ fn the_content_hash_tells_meshes_and_trees_apart_and_nothing_else() {
     assert_eq!(hashes(&Scene::new(mesh.clone()).unwrap()), first);
 
     let [.., other] = build_variants()[..] else { panic!("there are some") };
-    let otherwise = hashes(&Scene::build_with(mesh.clone(), &other, &NoProgress).unwrap());
+    let otherwise = hashes(
+        &Scene::builder(mesh.clone()).parameters(other).observer(&NoProgress).build().unwrap(),
+    );
     assert_ne!(otherwise.0, first.0);
     assert_eq!(otherwise.1, first.1);
 
