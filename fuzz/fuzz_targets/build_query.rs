@@ -6,7 +6,7 @@
 use std::fmt::Debug;
 
 use halfline::builder::{BuildParameters, Preset};
-use halfline::progress::Silent;
+use halfline::progress::NoProgress;
 use halfline::textbook::{KdTree, Middle, ObjectMedian, SplittingRule, SurfaceArea, Termination};
 use halfline::{Hit, Mesh, Ray, Scene, brute_force};
 use halfline_fuzz::be_single_threaded;
@@ -101,7 +101,7 @@ fuzz_target!(|bytes: &[u8]| {
 
     let first = usize::from(choice / 3) % PARAMETERS.len();
     for parameters in [PARAMETERS[first], PARAMETERS[(first + 1) % PARAMETERS.len()]] {
-        let scene = Scene::build_with(mesh.clone(), &parameters, &Silent).expect("builds");
+        let scene = Scene::build_with(mesh.clone(), &parameters, &NoProgress).expect("builds");
         let answers: Vec<_> = rays.iter().map(|ray| Answers::by_engine(&scene, ray)).collect();
         compare(&input, &parameters, &judge, &answers);
         compare(&input, &("batch", parameters), &judge, &Answers::by_batch(&scene, rays));

@@ -4,7 +4,7 @@
 #![no_main]
 
 use halfline::builder::BuildParameters;
-use halfline::progress::Silent;
+use halfline::progress::NoProgress;
 use halfline::textbook::{KdTree, Middle, Termination};
 use halfline::{Scene, brute_force};
 use halfline_fuzz::be_single_threaded;
@@ -29,7 +29,7 @@ fuzz_target!(|bytes: &[u8]| {
         coarse_grid: choice & 15 == 0,
         ..BuildParameters::default()
     };
-    let scene = Scene::build_with(mesh, &parameters, &Silent).expect("builds");
+    let scene = Scene::build_with(mesh, &parameters, &NoProgress).expect("builds");
     scene.intersect(&rays);
     scene.occluded(&rays);
     scene.intersect_all(&rays);

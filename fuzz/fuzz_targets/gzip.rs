@@ -11,8 +11,8 @@ use std::io::Write;
 use arbitrary::{Arbitrary, Unstructured};
 use flate2::Compression;
 use flate2::write::GzEncoder;
-use halfline::io::load;
-use halfline::progress::Silent;
+use halfline_io::load;
+use halfline::progress::NoProgress;
 use halfline_fuzz::{be_single_threaded, check_answer, write};
 use libfuzzer_sys::fuzz_target;
 
@@ -78,5 +78,5 @@ fuzz_target!(|input: &[u8]| {
     };
     be_single_threaded();
     let path = write(name, &wrapping.wrap(input.take_rest()));
-    check_answer(load(&path, &Silent));
+    check_answer(load(&path, &NoProgress));
 });

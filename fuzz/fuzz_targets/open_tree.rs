@@ -10,8 +10,8 @@ use std::panic::{set_hook, take_hook};
 use std::sync::{Once, OnceLock};
 
 use halfline::geometry::vec3;
-use halfline::mesh::generate::{Kind, generate};
-use halfline::progress::Silent;
+use halfline_io::models::{Kind, generate};
+use halfline::progress::NoProgress;
 use halfline::scene::is_guarded;
 use halfline::tree::Verify;
 use halfline::{Error, Ray, Scene};
@@ -23,9 +23,9 @@ use twox_hash::XxHash3_64;
 fn whole() -> &'static [u8] {
     static WHOLE: OnceLock<Vec<u8>> = OnceLock::new();
     WHOLE.get_or_init(|| {
-        let mesh = generate(Kind::Scan, 200, 0, &Silent).expect("generates");
+        let mesh = generate(Kind::Scan, 200, 0, &NoProgress).expect("generates");
         let path = place("whole.hlt");
-        Scene::new(mesh).expect("builds").save(&path, &Silent).expect("saves");
+        Scene::new(mesh).expect("builds").save(&path, &NoProgress).expect("saves");
         std::fs::read(path).expect("reads")
     })
 }
@@ -65,7 +65,7 @@ fuzz_target!(|bytes: &[u8]| {
     file[32..40].copy_from_slice(&checksum.to_le_bytes());
 
     let path = write("damaged.hlt", &file);
-    let scene = match Scene::open(&path, Verify::Never, &Silent) {
+    let scene = match Scene::open(&path, Verify::Never, &NoProgress) {
         Ok(scene) => scene,
         Err(error) => return check::<()>(Err(error)),
     };
@@ -76,10 +76,10 @@ fuzz_target!(|bytes: &[u8]| {
             if i < 64 { Ray::new(vec3(0.0, 0.0, 0.1), way) } else { Ray::new(way * -3.0, way) }
         })
         .collect();
-    check(scene.intersect_observed(&rays, &Silent));
-    check(scene.occluded_observed(&rays, &Silent));
-    check(scene.intersect_all_observed(&rays, &Silent));
-    check(scene.count_intersections_observed(&rays, &Silent));
+    check(scene.intersect_observed(&rays, &NoProgress));
+    check(scene.occluded_observed(&rays, &NoProgress));
+    check(scene.intersect_all_observed(&rays, &NoProgress));
+    check(scene.count_intersections_observed(&rays, &NoProgress));
     check(scene.guarded(|| Ok(scene.closest(&rays[0]))));
     check(scene.guarded(|| Ok(scene.tree_statistics())));
     check(scene.guarded(|| Ok(scene.mesh().bounds())));

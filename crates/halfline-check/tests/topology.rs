@@ -1,15 +1,17 @@
 //! What `topology::examine` says of meshes whose counts are known, and of random ones that a naive
 //! judge counts with tables.
 
-mod common;
+#[path = "../../halfline/tests/common/shapes.rs"]
+mod shapes;
 
 use std::collections::{BTreeSet, HashMap, HashSet};
 
-use common::{Random, grid_cube, soup, sphere};
+use halfline::geometry::random::Random;
 use halfline::mesh::Positions;
 use halfline::progress::{NoProgress, Observer, Stage};
-use halfline::topology::{Facing, Found, Target, Topology, examine};
 use halfline::{Error, Mesh, Vec3};
+use halfline_check::topology::{Facing, Found, Target, Topology, examine};
+use shapes::{grid_cube, soup, sphere};
 
 fn topology(mesh: &Mesh) -> Topology {
     examine(mesh, &NoProgress).unwrap()
@@ -270,7 +272,7 @@ fn count_naively(mesh: &Mesh) -> [usize; 8] {
 
 #[test]
 fn random_meshes_are_counted_as_by_a_table() {
-    let mut random = Random(11);
+    let mut random = Random::new(11, 0);
     for case in 0..300 {
         let places = 4 + random.below(40);
         let coordinate = |random: &mut Random| [-0.0, 0.0, 1.0, 2.0][random.below(4)];

@@ -5,9 +5,9 @@ use std::path::Path;
 use std::time::Instant;
 
 use halfline::Mesh;
-use halfline::io::{load, save_ply};
 use halfline::mesh::Positions;
 use halfline::progress::NoProgress;
+use halfline_io::{load, save_ply};
 
 /// Loads of the same file; the first may have to wait for the disk.
 const LOADS: usize = 5;

@@ -5,12 +5,9 @@ use std::path::Path;
 
 use flate2::bufread::GzDecoder;
 
-use super::progress::ByteProgress;
-use crate::error::{Error, Result};
-use crate::progress::{Observer, Stage};
-
-/// How a gzip member begins.
-const MAGIC: [u8; 2] = [0x1f, 0x8b];
+use crate::is_gzip;
+use halfline::error::{Error, Result};
+use halfline::progress::{Observer, SharedProgress, Stage};
 
 /// A stream may inflate to this many times its size. Meshes shrink by a factor of two to fifty;
 /// the format's own limit, which bombs live on, is 1032.
@@ -20,11 +17,6 @@ const LARGEST_RATIO: usize = 256;
 const ALWAYS_ALLOWED: usize = 64 << 20;
 
 const CHUNK: usize = 256 << 10;
-
-/// True if `bytes` begin as a gzip stream does.
-pub fn is_gzip(bytes: &[u8]) -> bool {
-    bytes.starts_with(&MAGIC)
-}
 
 /// The most bytes that a stream of `compressed` bytes may inflate to.
 pub fn inflated_limit(compressed: usize) -> usize {
@@ -61,7 +53,7 @@ pub fn inflate(
     observer: &dyn Observer,
     enough: &dyn Fn(&[u8]) -> bool,
 ) -> Result<Vec<u8>> {
-    let progress = ByteProgress::new(observer, Stage::Load, compressed.len());
+    let progress = SharedProgress::new(observer, Stage::Load, compressed.len());
     let limit = inflated_limit(compressed.len());
     let mut members = Members::new(path, compressed);
     let mut content = Vec::new();
@@ -72,7 +64,7 @@ pub fn inflate(
     loop {
         let before = members.position();
         let read = members.read(&mut chunk)?;
-        progress.add(members.position() - before)?;
+        progress.advance(members.position() - before)?;
         if read == 0 {
             return Ok(content);
         }
@@ -144,7 +136,7 @@ pub(crate) mod tests {
     use std::io::Write;
 
     use super::*;
-    use crate::progress::NoProgress;
+    use halfline::progress::NoProgress;
 
     pub(crate) fn compress(content: &[u8]) -> Vec<u8> {
         let mut encoder = flate2::write::GzEncoder::new(Vec::new(), flate2::Compression::default());

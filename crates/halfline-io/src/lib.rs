@@ -1,18 +1,21 @@
-//! Bytes to meshes and back: one file per format.
+#![doc = include_str!("../README.md")]
 
-mod atomic;
 mod colors;
+#[cfg(feature = "gltf")]
 pub mod gltf;
+#[cfg(feature = "gzip")]
 mod gzip;
 mod lines;
+#[cfg(feature = "models")]
+pub mod models;
 mod mtl;
 pub mod obj;
 pub mod off;
 pub mod ply;
-mod progress;
 mod sibling;
 pub mod stl;
 mod text;
+pub mod triangulate;
 mod weld;
 
 #[cfg(test)]
@@ -21,14 +24,14 @@ mod tests;
 use std::ffi::OsStr;
 use std::path::Path;
 
-pub use atomic::{AtomicFile, abandon_all};
 pub use ply::save as save_ply;
 
-use self::progress::Portion;
-use crate::error::{Error, Result};
-use crate::map::Bytes;
-use crate::mesh::Mesh;
-use crate::progress::Observer;
+use halfline::error::{Error, Result};
+use halfline::mesh::Mesh;
+use halfline::progress::Observer;
+#[cfg(feature = "gzip")]
+use halfline::progress::Part;
+use halfline::storage::Bytes;
 
 /// The formats that can be told apart.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -47,7 +50,7 @@ const SUPPORTED: &str = "supported are PLY, STL, OBJ, OFF, glTF and GLB, each al
 const START_BYTES: usize = 1024;
 
 /// Reads the mesh in the file at `path`, whose format is known by its content or else by its
-/// extension. Reports [`Stage::Load`](crate::progress::Stage::Load) in bytes of the file.
+/// extension. Reports [`Stage::Load`](halfline::progress::Stage::Load) in bytes of the file.
 ///
 /// # Errors
 /// [`Error::Io`] if the file cannot be read, [`Error::Format`] if it is not what it should be,
@@ -55,22 +58,32 @@ const START_BYTES: usize = 1024;
 pub fn load(path: &Path, observer: &dyn Observer) -> Result<Mesh> {
     let bytes = Bytes::open(path, observer, &|start| recognise(path, start).map(|_| ()))?;
     let format = recognise(path, &bytes)?;
-    if !gzip::is_gzip(&bytes) {
-        let mesh = read(format, path, &bytes, observer);
-        bytes.check(path)?;
-        return mesh;
+    #[cfg(feature = "gzip")]
+    if is_gzip(&bytes) {
+        return read_compressed(format, path, &bytes, observer);
     }
+    let mesh = read(format, path, &bytes, observer);
+    bytes.check(path)?;
+    mesh
+}
+
+#[cfg(feature = "gzip")]
+fn read_compressed(
+    format: Format,
+    path: &Path,
+    bytes: &[u8],
+    observer: &dyn Observer,
+) -> Result<Mesh> {
     // Inflating takes most of the time.
     let total = bytes.len() as u64;
-    let inflating = Portion { observer, before: 0, share: total / 5 * 4, total };
+    let inflating = Part { observer, before: 0, share: total / 5 * 4, total };
     let limit = gzip::inflated_limit(bytes.len());
-    let content = gzip::inflate(path, &bytes, &inflating, &|content| match format {
+    let content = gzip::inflate(path, bytes, &inflating, &|content| match format {
         Format::Ply => ply::is_complete(content, limit),
         Format::Stl => stl::is_complete(content),
         Format::Obj | Format::Off | Format::Gltf => false,
     })?;
-    let reading =
-        Portion { observer, before: inflating.share, share: total - inflating.share, total };
+    let reading = Part { observer, before: inflating.share, share: total - inflating.share, total };
     read(format, path, &content, &reading)
 }
 
@@ -80,7 +93,10 @@ fn read(format: Format, path: &Path, bytes: &[u8], observer: &dyn Observer) -> R
         Format::Stl => stl::read(path, bytes, observer),
         Format::Obj => obj::read(path, bytes, observer),
         Format::Off => off::read(path, bytes, observer),
+        #[cfg(feature = "gltf")]
         Format::Gltf => gltf::read(path, bytes, observer),
+        #[cfg(not(feature = "gltf"))]
+        Format::Gltf => Err(left_out(path, "gltf")),
     }
 }
 
@@ -90,8 +106,8 @@ fn recognise(path: &Path, bytes: &[u8]) -> Result<Format> {
         return Err(Error::format(path, "byte 0", "the file is empty"));
     }
     let inflated;
-    let (start, name) = if gzip::is_gzip(bytes) {
-        inflated = gzip::inflate_start(path, bytes, START_BYTES)?;
+    let (start, name) = if is_gzip(bytes) {
+        inflated = inflate_start(path, bytes)?;
         let name = if extension(path) == "gz" { path.file_stem() } else { path.file_name() };
         (&inflated[..], name)
     } else {
@@ -101,9 +117,40 @@ fn recognise(path: &Path, bytes: &[u8]) -> Result<Format> {
         let reason = "this is not a mesh but a tree: open it as a scene";
         return Err(Error::format(path, "byte 0", reason));
     }
-    by_content(start).or_else(|| by_extension(Path::new(name.unwrap_or_default()))).ok_or_else(
-        || Error::format(path, "byte 0", format!("the format is not known; {SUPPORTED}")),
-    )
+    let format = by_content(start)
+        .or_else(|| by_extension(Path::new(name.unwrap_or_default())))
+        .ok_or_else(|| {
+            Error::format(path, "byte 0", format!("the format is not known; {SUPPORTED}"))
+        })?;
+    #[cfg(not(feature = "gltf"))]
+    if format == Format::Gltf {
+        return Err(left_out(path, "gltf"));
+    }
+    Ok(format)
+}
+
+/// True if `bytes` begin as a gzip stream (RFC 1952) does.
+fn is_gzip(bytes: &[u8]) -> bool {
+    bytes.starts_with(b"\x1f\x8b")
+}
+
+/// The first bytes of what the gzip stream `bytes` holds.
+#[cfg(feature = "gzip")]
+fn inflate_start(path: &Path, bytes: &[u8]) -> Result<Vec<u8>> {
+    gzip::inflate_start(path, bytes, START_BYTES)
+}
+
+/// The refusal of a gzip stream.
+#[cfg(not(feature = "gzip"))]
+fn inflate_start(path: &Path, _bytes: &[u8]) -> Result<Vec<u8>> {
+    Err(left_out(path, "gzip"))
+}
+
+/// The error about a file that needs a feature which this build lacks.
+#[cfg(not(all(feature = "gltf", feature = "gzip")))]
+fn left_out(path: &Path, feature: &str) -> Error {
+    let reason = format!("this build of halfline-io was made without its feature `{feature}`");
+    Error::format(path, "byte 0", reason)
 }
 
 fn by_content(start: &[u8]) -> Option<Format> {

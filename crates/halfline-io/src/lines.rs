@@ -6,8 +6,8 @@ use memchr::memchr;
 
 use super::text;
 pub(super) use super::text::parse_integer as integer;
-use crate::error::{Error, Result};
-use crate::progress::{Observer, Stage};
+use halfline::error::{Error, Result};
+use halfline::progress::{Observer, Stage};
 
 /// How many bytes are read between two reports to the observer: under a millisecond of work.
 const BYTES_BETWEEN_REPORTS: usize = 1 << 18;

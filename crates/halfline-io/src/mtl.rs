@@ -5,8 +5,8 @@ use std::path::{Path, PathBuf};
 
 use super::lines::{Fields, Lines, number};
 use super::sibling;
-use crate::error::Result;
-use crate::mesh::Material;
+use halfline::error::Result;
+use halfline::mesh::Material;
 
 /// The materials of all libraries that a file names.
 #[derive(Default)]

@@ -14,10 +14,11 @@ use std::path::Path;
 use super::lines::{Fields, Lines, integer, number, quoted};
 use super::mtl::MaterialLibrary;
 use super::{colors, sibling};
-use crate::error::{Error, Result};
-use crate::geometry::Vec3;
-use crate::mesh::{Material, Mesh, Positions, Triangulator};
-use crate::progress::{Observer, Stage};
+use crate::triangulate::Triangulator;
+use halfline::error::{Error, Result};
+use halfline::geometry::Vec3;
+use halfline::mesh::{Material, Mesh, Positions};
+use halfline::progress::{Observer, Stage};
 
 /// Reads the content `bytes` of the file `path`. Material libraries are read where they lie in
 /// the file's folder or below; one that is missing or elsewhere is passed over.

@@ -10,10 +10,11 @@ use std::path::Path;
 
 use super::colors;
 use super::lines::{Fields, Lines, integer, number, quoted};
-use crate::error::Result;
-use crate::geometry::Vec3;
-use crate::mesh::{Mesh, Positions, Triangulator};
-use crate::progress::{Observer, Stage};
+use crate::triangulate::Triangulator;
+use halfline::error::Result;
+use halfline::geometry::Vec3;
+use halfline::mesh::{Mesh, Positions};
+use halfline::progress::{Observer, Stage};
 
 /// True if a file that begins with `start` announces itself by the keyword of the format.
 pub(super) fn is_off(start: &[u8]) -> bool {
@@ -28,8 +29,8 @@ pub(super) fn is_off(start: &[u8]) -> bool {
 /// Reads the content `bytes` of the file `path`.
 ///
 /// # Errors
-/// [`Error::Format`](crate::Error::Format) with the line, or
-/// [`Error::Interrupted`](crate::Error::Interrupted).
+/// [`Error::Format`](halfline::Error::Format) with the line, or
+/// [`Error::Interrupted`](halfline::Error::Interrupted).
 pub fn read(path: &Path, bytes: &[u8], observer: &dyn Observer) -> Result<Mesh> {
     let mut lines = Lines::new(bytes);
     let header = match Header::read(&mut lines) {

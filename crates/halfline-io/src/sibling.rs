@@ -4,7 +4,7 @@ use std::fs::File;
 use std::io::Read;
 use std::path::{Path, PathBuf};
 
-use crate::error::{Error, Result};
+use halfline::error::{Error, Result};
 
 /// Where the file called `name` in the mesh file `path` lies. The name is relative to the folder
 /// of `path` and must not leave it.

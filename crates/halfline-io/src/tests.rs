@@ -6,8 +6,8 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 use super::gzip::tests::compress;
 use super::*;
-use crate::mesh::Positions;
-use crate::progress::{NoProgress, Stage};
+use halfline::mesh::Positions;
+use halfline::progress::{NoProgress, Stage};
 
 /// A grid of `n` by `n` squares, two triangles each.
 fn grid(n: u32) -> Mesh {

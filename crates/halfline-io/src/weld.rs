@@ -13,9 +13,9 @@ use hashbrown::HashTable;
 use hashbrown::hash_table::Entry;
 use rayon::prelude::*;
 
-use super::progress::ByteProgress;
-use crate::error::{Error, Result};
-use crate::map::zeroed;
+use halfline::error::{Error, Result};
+use halfline::progress::SharedProgress;
+use halfline::storage::zeroed;
 
 /// Triangles sorted as one parallel piece of work.
 const CHUNK_TRIANGLES: usize = 1 << 15;
@@ -126,7 +126,7 @@ pub fn weld<P: Point>(
     count: usize,
     corners: impl Fn(usize) -> [P; 3] + Sync,
     bytes: usize,
-    progress: &ByteProgress,
+    progress: &SharedProgress,
 ) -> Result<Welded<P>> {
     let state = RandomState::default();
     let partitions = (3 * count / PARTITION_CORNERS).next_power_of_two().clamp(1, MOST_PARTITIONS);
@@ -136,7 +136,7 @@ pub fn weld<P: Point>(
         .into_par_iter()
         .map(|chunk| {
             let range = chunk * CHUNK_TRIANGLES..((chunk + 1) * CHUNK_TRIANGLES).min(count);
-            progress.add(range.len() * bytes)?;
+            progress.advance(range.len() * bytes)?;
             Ok(sort_chunk(range, &corners, partitions, &state))
         })
         .collect::<Result<_>>()?;
@@ -304,10 +304,10 @@ fn find_first_uses<P>(partitions: &[Partition<P>], chunk: usize) -> FirstUses {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::progress::{NoProgress, Stage};
+    use halfline::progress::{NoProgress, Stage};
 
     fn weld_all<P: Point>(corners: &[[P; 3]]) -> Welded<P> {
-        let progress = ByteProgress::new(&NoProgress, Stage::Load, 0);
+        let progress = SharedProgress::new(&NoProgress, Stage::Load, 0);
         weld(corners.len(), |i| corners[i], 0, &progress).unwrap()
     }
 

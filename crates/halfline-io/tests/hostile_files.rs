@@ -3,18 +3,15 @@
 //!
 //! One test, for the memory in use is counted over the whole program.
 
-mod common;
-
 use std::path::Path;
 
 use base64::Engine;
 use halfline::error::{Error, Result};
-use halfline::io::{gltf, obj, off, ply};
+use halfline::geometry::random::Random;
 use halfline::mesh::Mesh;
 use halfline::progress::{NoProgress, Observer};
+use halfline_io::{gltf, obj, off, ply};
 use peak_alloc::PeakAlloc;
-
-use common::Random;
 
 #[global_allocator]
 static MEMORY: PeakAlloc = PeakAlloc;
@@ -263,7 +260,7 @@ fn hostile_files_neither_panic_nor_take_much_memory() {
     }
 
     // Truncate everywhere, and mutate at random.
-    let mut random = Random(1);
+    let mut random = Random::new(1, 0);
     for (name, read, content) in &files {
         for length in 0..content.len() {
             let _ = assert_modest(name, *read, &content[..length]);

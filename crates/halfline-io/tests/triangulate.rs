@@ -1,17 +1,14 @@
 //! Polygons are cut into triangles that cover them once, keep every corner, and turn their way.
 
-mod common;
-
 use std::collections::HashMap;
 use std::f64::consts::TAU;
 use std::time::{Duration, Instant};
 
+use halfline::geometry::random::Random;
 use halfline::geometry::{Vec3, vec3};
-use halfline::mesh::{Triangulator, triangulate};
+use halfline_io::triangulate::{Triangulator, triangulate};
 use proptest::prelude::*;
 use robust::{Coord, orient2d};
-
-use common::Random;
 
 fn cut(corners: &[Vec3]) -> Vec<[usize; 3]> {
     let mut triangles = Vec::new();
@@ -335,7 +332,7 @@ fn hopeless_polygons_become_fans() {
 #[test]
 fn large_polygons_end_in_time() {
     let random = |count: usize| -> Vec<Vec3> {
-        let mut random = Random(1);
+        let mut random = Random::new(1, 0);
         (0..count).map(|_| vec3(random.unit(), random.unit(), 0.0)).collect()
     };
     for (name, corners, simple) in [

@@ -11,9 +11,9 @@ use rayon::prelude::*;
 use super::CHUNK;
 use super::faces::FaceKind;
 use super::{Corner, NO_CORNER, for_each_surface_face};
-use crate::error::Result;
-use crate::mesh::Mesh;
-use crate::progress::SharedProgress;
+use halfline::error::Result;
+use halfline::mesh::Mesh;
+use halfline::progress::SharedProgress;
 
 /// The pieces.
 pub struct Pieces {

@@ -12,9 +12,9 @@ use rayon::prelude::*;
 use super::CHUNK;
 use super::faces::FaceKind;
 use super::{Corner, Found, for_each_surface_face};
-use crate::error::Result;
-use crate::mesh::Mesh;
-use crate::progress::SharedProgress;
+use halfline::error::Result;
+use halfline::mesh::Mesh;
+use halfline::progress::SharedProgress;
 
 /// What the edges are like.
 #[derive(Default)]

@@ -9,11 +9,11 @@ use std::hash::BuildHasher;
 use super::CHUNK;
 use super::Found;
 use super::for_each_surface_face;
-use crate::error::Result;
-use crate::geometry::Vec3;
-use crate::mesh::Mesh;
-use crate::numeric::{UNIT_ROUNDOFF, is_zero_area};
-use crate::progress::SharedProgress;
+use halfline::error::Result;
+use halfline::geometry::Vec3;
+use halfline::mesh::Mesh;
+use halfline::numeric::{UNIT_ROUNDOFF, is_zero_area};
+use halfline::progress::SharedProgress;
 
 /// What a face is by itself.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -13,7 +13,7 @@
 //! The work is linear in the triangles but for the sorting of vertices and of faces as numbers of
 //! 64 bits, which is also all that cannot be interrupted in between. Beyond the mesh it holds at
 //! most 37 bytes for a triangle and 20 for a vertex at a time, and keeps 4 for an edge and 4 for a
-//! place, by which [`leaks`](crate::leaks) aims.
+//! place, by which [`watertight`](crate::watertight) aims.
 
 mod components;
 mod edges;
@@ -23,10 +23,10 @@ mod places;
 
 pub use found::Found;
 
-use crate::error::{Error, Result};
-use crate::geometry::Vec3;
-use crate::mesh::Mesh;
-use crate::progress::{Observer, SharedProgress, Stage};
+use halfline::error::{Error, Result};
+use halfline::geometry::Vec3;
+use halfline::mesh::Mesh;
+use halfline::progress::{Observer, SharedProgress, Stage};
 
 use faces::FaceKind;
 

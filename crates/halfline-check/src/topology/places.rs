@@ -8,9 +8,9 @@ use rayon::prelude::*;
 use std::hash::BuildHasher;
 
 use super::CHUNK;
-use crate::error::Result;
-use crate::mesh::Positions;
-use crate::progress::SharedProgress;
+use halfline::error::Result;
+use halfline::mesh::Positions;
+use halfline::progress::SharedProgress;
 
 /// Where vertices lie.
 pub struct Places {
@@ -20,11 +20,8 @@ pub struct Places {
     pub duplicates: usize,
 }
 
-/// The bits of a vertex's coordinates: equal for equal places, both zeros being one and each NaN
-/// itself.
-fn bits(positions: &Positions, vertex: u32) -> [u64; 3] {
-    let coordinates = positions.get(vertex as usize).to_array();
-    coordinates.map(|c| if c == 0.0 { 0 } else { c.to_bits() })
+fn place_key(positions: &Positions, vertex: u32) -> [u64; 3] {
+    positions.get(vertex as usize).place_key()
 }
 
 /// Finds the vertices that share a place.
@@ -36,7 +33,7 @@ pub fn find(positions: &Positions, progress: &SharedProgress) -> Result<Places> 
     keys.par_chunks_mut(CHUNK).enumerate().try_for_each(|(chunk, keys)| {
         for (offset, key) in keys.iter_mut().enumerate() {
             let vertex = (chunk * CHUNK + offset) as u32;
-            let [x, y, z] = bits(positions, vertex);
+            let [x, y, z] = place_key(positions, vertex);
             let hash = state.hash_one((x, y, z));
             *key = hash & 0xffff_ffff_0000_0000 | u64::from(vertex);
         }
@@ -51,7 +48,7 @@ pub fn find(positions: &Positions, progress: &SharedProgress) -> Result<Places> 
     for keys in keys.chunk_by(|a, b| a >> 32 == b >> 32).filter(|keys| keys.len() > 1) {
         // Different places may have one hash.
         sharers.clear();
-        sharers.extend(keys.iter().map(|&key| (bits(positions, key as u32), key as u32)));
+        sharers.extend(keys.iter().map(|&key| (place_key(positions, key as u32), key as u32)));
         sharers.sort_unstable();
         for group in sharers.chunk_by(|a, b| a.0 == b.0) {
             duplicates += group.len() - 1;
@@ -65,8 +62,8 @@ pub fn find(positions: &Positions, progress: &SharedProgress) -> Result<Places> 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::mesh::Mesh;
-    use crate::progress::NoProgress;
+    use halfline::mesh::Mesh;
+    use halfline::progress::NoProgress;
 
     #[test]
     fn the_lowest_vertex_stands_for_its_place() {
@@ -94,7 +91,7 @@ mod tests {
         let positions = Positions::F64((0..count + 1000).map(vertex).collect());
         let state = FixedState::default();
         let mut hashes: Vec<u64> = (0..count as u32)
-            .map(|v| bits(&positions, v))
+            .map(|v| place_key(&positions, v))
             .map(|[x, y, z]| state.hash_one((x, y, z)) >> 32)
             .collect();
         hashes.sort_unstable();

@@ -5,11 +5,11 @@
 //! surface an odd number of times, and none of them begins on it.
 
 use super::{Quiet, Random, grid, snapped};
-use crate::error::Result;
-use crate::geometry::{Ray, Vec3};
-use crate::progress::Observer;
-use crate::scene::Scene;
 use crate::topology::Topology;
+use halfline::error::Result;
+use halfline::geometry::{Ray, Vec3};
+use halfline::progress::Observer;
+use halfline::scene::Scene;
 
 /// Lines that are looked along. Each crosses the surface, and half of those through a body find
 /// its inside at once, so that a few would do; more find roomier places.
@@ -79,7 +79,7 @@ fn chord_middles(
     for _ in 0..LINES / BATCH {
         let lines: Vec<Ray> = (0..BATCH)
             .map(|_| {
-                let index = random.bits() as usize % topology.target_count();
+                let index = random.below(topology.target_count());
                 let through = topology.target(index).position(scene.mesh());
                 let direction = random.direction();
                 Ray::with_range(through, direction, f64::NEG_INFINITY, f64::INFINITY)

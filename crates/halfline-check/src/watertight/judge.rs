@@ -1,8 +1,8 @@
 //! What a ray must do, and whether it did.
 
-use crate::geometry::{Hit, Ray, Vec3};
-use crate::mesh::Mesh;
 use crate::topology::Target;
+use halfline::geometry::{Hit, Ray, Vec3};
+use halfline::mesh::Mesh;
 
 /// What is wrong with a ray's hits.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

@@ -18,12 +18,12 @@ mod judge;
 
 use std::time::{Duration, Instant};
 
-use crate::error::Result;
-use crate::geometry::{Aabb, Ray, Vec3};
-use crate::mesh::generate::random::{Random, mix};
-use crate::progress::{Observer, Stage};
-use crate::scene::Scene;
 use crate::topology::{Target, Topology};
+use halfline::error::Result;
+use halfline::geometry::random::{Random, mix};
+use halfline::geometry::{Aabb, Ray, Vec3};
+use halfline::progress::{Observer, Part};
+use halfline::scene::Scene;
 
 pub use judge::Wrong;
 use judge::{certainly_meets, judge};
@@ -113,10 +113,10 @@ const CROSSINGS_OF_A_BATCH: u64 = 1 << 22;
 const GROWTH_OF_BATCHES: usize = 4;
 
 /// Aims rays at the vertices and edges of `topology`, that of the scene's mesh, and judges what
-/// they hit. Reports [`Stage::Trace`] in rays.
+/// they hit. Reports [`Stage::Trace`](halfline::progress::Stage::Trace) in rays.
 ///
 /// # Errors
-/// [`Error::Interrupted`](crate::Error::Interrupted).
+/// [`Error::Interrupted`](halfline::Error::Interrupted).
 ///
 /// # Panics
 /// If `topology` is that of another mesh with more triangles.
@@ -143,7 +143,7 @@ pub fn aim(
 
     // Cast each origin's share of the rays in batches.
     let shares = shares(options.rays, report.targets, report.origins.len());
-    let total: usize = shares.iter().sum();
+    let total = shares.iter().sum::<usize>() as u64;
     let mut batch_size = FIRST_BATCH;
     for (number, &share) in shares.iter().enumerate() {
         let origin = report.origins[number];
@@ -155,7 +155,9 @@ pub fn aim(
                 .map(|i| topology.target(stratum(i, share, report.targets, seed)))
                 .collect();
             let before = report.crossings;
-            report.cast(scene, origin, &aims, &Part { observer, before: report.rays, total })?;
+            let share = aims.len() as u64;
+            let part = Part { observer, before: report.rays, share, total };
+            report.cast(scene, origin, &aims, &part)?;
             next = end;
             let per_ray = (report.crossings - before) / aims.len() as u64 + 1;
             batch_size = (batch_size * GROWTH_OF_BATCHES)
@@ -256,23 +258,6 @@ fn grid(bounds: &Aabb) -> f64 {
 /// The point of the grid nearest to `p`.
 fn snapped(p: Vec3, grid: f64) -> Vec3 {
     p.to_array().map(|c| (c / grid).round() * grid).into()
-}
-
-/// Hears of a batch, and tells of the whole that it is a part of.
-struct Part<'a> {
-    observer: &'a dyn Observer,
-    before: u64,
-    total: usize,
-}
-
-impl Observer for Part<'_> {
-    fn report(&self, stage: Stage, done: u64, _total: u64) {
-        self.observer.report(stage, self.before + done, self.total as u64);
-    }
-
-    fn cancelled(&self) -> bool {
-        self.observer.cancelled()
-    }
 }
 
 /// Passes on nothing but the wish to end.

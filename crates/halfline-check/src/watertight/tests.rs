@@ -1,11 +1,11 @@
 //! The judge must see every way in which a ray goes wrong.
 
 use super::*;
-use crate::geometry::{Hit, vec3};
-use crate::mesh::generate::{Kind, generate};
-use crate::mesh::{Mesh, Positions};
-use crate::progress::NoProgress;
 use crate::topology::examine;
+use halfline::geometry::{Hit, vec3};
+use halfline::mesh::{Mesh, Positions};
+use halfline::progress::NoProgress;
+use halfline_io::models::{Kind, generate};
 
 fn hit(t: f64) -> Hit {
     Hit { t, face: 0, u: 0.0, v: 0.0 }

@@ -8,7 +8,7 @@ use std::path::Path;
 
 use super::buffers::{Buffers, View};
 use super::document::{self, Shape};
-use crate::error::{Error, Result};
+use halfline::error::{Error, Result};
 
 /// An accessor all of whose elements lie within their buffers.
 pub(super) struct Accessor<'b> {

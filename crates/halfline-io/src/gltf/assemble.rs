@@ -9,10 +9,10 @@ use super::document::Shape;
 use super::material;
 use super::scene_graph::{Instance, instances};
 use super::vertex_colors::{self, Coloring};
-use crate::error::{Error, Result};
-use crate::geometry::Transform;
-use crate::mesh::{Mesh, Positions};
-use crate::progress::{Observer, Stage};
+use halfline::error::{Error, Result};
+use halfline::geometry::Transform;
+use halfline::mesh::{Mesh, Positions};
+use halfline::progress::{Observer, Stage};
 
 /// A scene may use a mesh, and a mesh an accessor, many times, so that a short file can ask for
 /// any amount of memory. The mesh may take this many times the size of the files read ...

@@ -9,8 +9,8 @@ use base64::Engine;
 use base64::engine::{DecodePaddingMode, GeneralPurpose, GeneralPurposeConfig};
 
 use super::document::Document;
-use crate::error::{Error, Result};
-use crate::io::sibling;
+use crate::sibling;
+use halfline::error::{Error, Result};
 
 /// Loads buffers when they are first needed: those of animations alone never are.
 pub(super) struct Buffers<'a> {
@@ -217,5 +217,5 @@ fn strip_prefix_ignoring_case<'s>(text: &'s str, prefix: &str) -> Option<&'s str
 
 /// A URI as it can stand in an error message.
 fn short(uri: &str) -> String {
-    crate::io::lines::quoted(uri.as_bytes())
+    crate::lines::quoted(uri.as_bytes())
 }

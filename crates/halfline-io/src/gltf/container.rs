@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use crate::error::{Error, Result};
+use halfline::error::{Error, Result};
 
 /// The document and the binary chunk of a GLB file, or the whole file as a document.
 pub(super) fn split<'a>(path: &Path, bytes: &'a [u8]) -> Result<(&'a [u8], Option<&'a [u8]>)> {

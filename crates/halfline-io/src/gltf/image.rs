@@ -8,9 +8,9 @@ use zune_jpeg::zune_core::colorspace::ColorSpace;
 use zune_jpeg::zune_core::options::DecoderOptions;
 
 use super::buffers::{Buffers, Bytes, Refusal};
-use crate::error::{Error, Result};
-use crate::io::lines::one_line;
-use crate::mesh::linear_from_srgb;
+use crate::lines::one_line;
+use halfline::error::{Error, Result};
+use halfline::mesh::linear_from_srgb;
 
 /// The most pixels of an image, whatever the size of its file: 4096 x 4096 ...
 const PIXELS_ALWAYS_ALLOWED: u64 = 1 << 24;

@@ -1,7 +1,7 @@
 //! glTF materials to ours.
 
 use super::document;
-use crate::mesh::Material;
+use halfline::mesh::Material;
 
 /// The material with the defaults of the specification for what it leaves out. Textures other
 /// than that of the base colour are passed over.

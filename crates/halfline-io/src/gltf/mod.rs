@@ -23,10 +23,10 @@ use std::path::Path;
 
 use self::buffers::{Buffers, unsupported_extension};
 use self::document::{Document, Preamble};
-use crate::error::{Error, Result};
-use crate::io::lines::{one_line, quoted};
-use crate::mesh::Mesh;
-use crate::progress::{Observer, Stage};
+use crate::lines::{one_line, quoted};
+use halfline::error::{Error, Result};
+use halfline::mesh::Mesh;
+use halfline::progress::{Observer, Stage};
 
 /// Extensions that a document may require: those that are read, and those that change neither the
 /// shape nor what is read of the materials.

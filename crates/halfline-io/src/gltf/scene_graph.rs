@@ -3,8 +3,8 @@
 use std::path::Path;
 
 use super::document::{Document, Node};
-use crate::error::{Error, Result};
-use crate::geometry::{Transform, vec3};
+use halfline::error::{Error, Result};
+use halfline::geometry::{Transform, vec3};
 
 /// A mesh at its place.
 pub(super) struct Instance {
@@ -110,7 +110,7 @@ fn local_transform(node: &Node) -> Option<Transform> {
 
 /// The rotation matrix of a quaternion x, y, z, w. Files round it to single precision, so it is
 /// brought to unit length again; one without length turns nothing.
-fn rotation_columns([x, y, z, w]: [f64; 4]) -> [crate::geometry::Vec3; 3] {
+fn rotation_columns([x, y, z, w]: [f64; 4]) -> [halfline::geometry::Vec3; 3] {
     let squared = x * x + y * y + z * z + w * w;
     if squared == 0.0 || !squared.is_finite() {
         return Transform::IDENTITY.columns;

@@ -7,9 +7,9 @@ use super::buffers::Buffers;
 use super::document::{self, Shape, TextureInfo, TextureTransform};
 use super::image::{Image, Wrap};
 use super::material::is_opaque;
-use crate::error::{Error, Result};
-use crate::mesh::srgb_from_linear;
-use crate::progress::Observer;
+use halfline::error::{Error, Result};
+use halfline::mesh::srgb_from_linear;
+use halfline::progress::Observer;
 
 /// Decoding all images may cost this much work, in pixels for each byte read ...
 const MOST_PIXELS_PER_BYTE: u64 = 64;

@@ -2,9 +2,9 @@
 
 use libm::{cos, sin};
 
-use crate::error::{Error, Result};
-use crate::geometry::{Vec3, vec3};
-use crate::mesh::{Material, Mesh, Positions};
+use halfline::error::{Error, Result};
+use halfline::geometry::{Vec3, vec3};
+use halfline::mesh::{Material, Mesh, Positions};
 
 use super::fill::{reserved, single};
 

@@ -4,13 +4,13 @@
 //! The spheres of one generation have the square root of three times as many meridians as those
 //! of the next, which spends the triangles where they are seen.
 
-use crate::error::Result;
-use crate::geometry::{Vec3, vec3};
-use crate::mesh::Mesh;
+use halfline::error::Result;
+use halfline::geometry::{Vec3, vec3};
+use halfline::mesh::Mesh;
 
 use super::View;
 use super::assembly::{Assembly, Shape, haines_material, nearest_tessellation};
-use crate::progress::SharedProgress;
+use halfline::progress::SharedProgress;
 
 /// The camera of the Standard Procedural Databases.
 pub const VIEW: View = View {

@@ -7,11 +7,11 @@
 
 use libm::tan;
 
-use crate::error::Result;
-use crate::geometry::{Vec3, vec3};
+use halfline::error::Result;
+use halfline::geometry::{Vec3, vec3};
 
 use super::fill::reserved;
-use super::random::Random;
+use halfline::geometry::random::Random;
 
 /// Cells along the side of a tile. Triangles are listed tile by tile.
 const TILE: usize = 32;

@@ -9,7 +9,7 @@
 use libm::{acos, atan2, log};
 use std::f64::consts::TAU;
 
-use crate::geometry::{Vec3, vec3};
+use halfline::geometry::{Vec3, vec3};
 
 use super::noise::{Noise, mix_linear, smooth_step};
 

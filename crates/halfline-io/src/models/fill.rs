@@ -2,10 +2,10 @@
 
 use rayon::prelude::*;
 
-use crate::error::{Error, Result};
-use crate::geometry::Vec3;
-use crate::mesh::{Mesh, Positions};
-use crate::progress::SharedProgress;
+use halfline::error::{Error, Result};
+use halfline::geometry::Vec3;
+use halfline::mesh::{Mesh, Positions};
+use halfline::progress::SharedProgress;
 
 /// How many elements are computed between two looks at the observer: some ten milliseconds of the
 /// dearest kind.

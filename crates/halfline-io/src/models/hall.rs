@@ -4,18 +4,18 @@
 //!
 //! Units are metres. x runs along the hall, and the floor is z = 0.
 
-use crate::error::Result;
-use crate::geometry::{Vec3, vec3};
-use crate::mesh::Mesh;
+use halfline::error::Result;
+use halfline::geometry::{Vec3, vec3};
+use halfline::mesh::Mesh;
 
 use super::View;
 use super::assembly::Assembly;
 use super::cube_sphere::CubeSphere;
 use super::fill::single;
 use super::hall_structure::{Detail, LEVELS, Materials, PLINTHS, build, plinth};
-use super::random::mix;
 use super::scan::{Surface, scanned};
-use crate::progress::SharedProgress;
+use halfline::geometry::random::mix;
+use halfline::progress::SharedProgress;
 
 /// From a visitor's eyes near one end, down the nave.
 pub const VIEW: View = View {

@@ -3,7 +3,7 @@
 use libm::{cos, sin};
 use std::f64::consts::{PI, TAU};
 
-use crate::geometry::{Vec3, vec3};
+use halfline::geometry::{Vec3, vec3};
 
 use super::assembly::Shape;
 use super::hall_structure::{Hall, NAVE, WALL};

@@ -3,9 +3,9 @@
 use libm::{cos, sin};
 use std::f64::consts::PI;
 
-use crate::error::Result;
-use crate::geometry::{Vec3, vec3};
-use crate::mesh::Material;
+use halfline::error::Result;
+use halfline::geometry::{Vec3, vec3};
+use halfline::mesh::Material;
 
 use super::assembly::{Assembly, Shape};
 

@@ -1,12 +1,12 @@
 //! A pile of sheets, each as wide as the unit cube, much closer to each other than their triangles
 //! are wide, and tilted: no plane across an axis runs between two of them.
 
-use crate::error::Result;
-use crate::geometry::{Vec3, vec3};
-use crate::mesh::Mesh;
+use halfline::error::Result;
+use halfline::geometry::{Vec3, vec3};
+use halfline::mesh::Mesh;
 
 use super::fill::separate_triangles;
-use crate::progress::SharedProgress;
+use halfline::progress::SharedProgress;
 
 /// By how much a sheet rises from its lowest to its highest corner.
 const TILT: f64 = 0.3;
@@ -62,8 +62,8 @@ fn dealt(index: usize, things: usize, parts: usize) -> (usize, usize, usize) {
 #[cfg(test)]
 mod tests {
     use super::dealt;
-    use crate::mesh::generate::{Kind, generate};
-    use crate::progress::NoProgress;
+    use crate::models::{Kind, generate};
+    use halfline::progress::NoProgress;
 
     #[test]
     fn things_are_dealt_evenly_and_in_order() {

@@ -20,7 +20,6 @@ mod hall_structure;
 mod layers;
 mod mount;
 mod noise;
-pub mod random;
 mod rings;
 mod scan;
 mod soup;
@@ -34,10 +33,10 @@ mod tree;
 use std::fmt;
 use std::str::FromStr;
 
-use crate::error::{Error, Result};
-use crate::geometry::Vec3;
-use crate::mesh::Mesh;
-use crate::progress::{Observer, SharedProgress, Stage};
+use halfline::error::{Error, Result};
+use halfline::geometry::Vec3;
+use halfline::mesh::Mesh;
+use halfline::progress::{Observer, SharedProgress, Stage};
 
 /// What can be generated. The last seven are the scenes of Eric Haines, "A Proposal for Standard
 /// Graphics Environments", IEEE Computer Graphics and Applications 7(11), 1987, with the sizes
@@ -215,7 +214,7 @@ pub fn suggested_view(kind: Kind) -> Option<View> {
 }
 
 /// A mesh of the given kind with about the given number of triangles; [`Kind`] says how near it
-/// comes. Reports [`Stage::Load`](crate::progress::Stage) in triangles to `observer`.
+/// comes. Reports [`Stage::Load`](halfline::progress::Stage) in triangles to `observer`.
 ///
 /// Coordinates are single precision. The seed changes only the kinds for which
 /// [`Kind::is_random`]. `Mesh::materials` is set where the scene has colours of its own.

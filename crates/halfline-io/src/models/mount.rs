@@ -5,16 +5,16 @@
 //! they come from a good hash of the place, so that a finer mountain is the same mountain. A
 //! number of triangles between two size factors samples the mountain of the larger one.
 
-use crate::error::Result;
-use crate::geometry::{Vec3, vec3};
-use crate::mesh::Mesh;
+use halfline::error::Result;
+use halfline::geometry::{Vec3, vec3};
+use halfline::mesh::Mesh;
 
 use super::View;
 use super::assembly::{Assembly, Shape, haines_material, nearest_tessellation};
 use super::fill::reserved;
 use super::noise::mix_linear;
-use super::random::Random;
-use crate::progress::SharedProgress;
+use halfline::geometry::random::Random;
+use halfline::progress::SharedProgress;
 
 /// The camera of the Standard Procedural Databases.
 pub const VIEW: View = View {

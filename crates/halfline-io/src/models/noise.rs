@@ -1,9 +1,9 @@
 //! Gradient noise (Perlin, "Improving Noise", SIGGRAPH 2002), with a hash in place of the
 //! permutation table, so that it does not repeat; and its analytic derivative in the plane.
 
-use crate::geometry::{Vec3, vec3};
+use halfline::geometry::{Vec3, vec3};
 
-use super::random::mix;
+use halfline::geometry::random::mix;
 
 /// A smooth random function of space, about -1 to 1, zero on average; features are about one unit
 /// in size.

@@ -7,13 +7,13 @@
 use libm::{acos, cos, sin, tan};
 use std::f64::consts::PI;
 
-use crate::error::Result;
-use crate::geometry::{Vec3, vec3};
-use crate::mesh::Mesh;
+use halfline::error::Result;
+use halfline::geometry::{Vec3, vec3};
+use halfline::mesh::Mesh;
 
 use super::View;
 use super::assembly::{Assembly, Shape, haines_material, nearest_tessellation};
-use crate::progress::SharedProgress;
+use halfline::progress::SharedProgress;
 
 /// Radius of cylinders and spheres, with which the rings of an object just touch.
 const RADIUS: f64 = 0.07412;

@@ -1,16 +1,16 @@
 //! A mesh like one from a laser scanner: one closed surface, fine triangles of even size and no
 //! pattern, in strips whose blocks have changed places, and noise on every vertex.
 
-use crate::error::Result;
-use crate::geometry::{Vec3, vec3};
-use crate::mesh::{Mesh, Positions};
+use halfline::error::Result;
+use halfline::geometry::{Vec3, vec3};
+use halfline::mesh::{Mesh, Positions};
 
 use super::View;
 use super::cube_sphere::{CubeSphere, Order};
 use super::echinoid::Echinoid;
 use super::fill::{fill, single};
-use super::random::{Random, mix};
-use crate::progress::SharedProgress;
+use halfline::geometry::random::{Random, mix};
+use halfline::progress::SharedProgress;
 
 /// From above and aside, so that plates, apex and the shell's edge are seen.
 pub const VIEW: View = View {

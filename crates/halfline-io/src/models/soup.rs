@@ -1,12 +1,12 @@
 //! Unconnected random triangles.
 
-use crate::error::Result;
-use crate::geometry::{Vec3, vec3};
-use crate::mesh::Mesh;
+use halfline::error::Result;
+use halfline::geometry::{Vec3, vec3};
+use halfline::mesh::Mesh;
 
 use super::fill::separate_triangles;
-use super::random::Random;
-use crate::progress::SharedProgress;
+use halfline::geometry::random::Random;
+use halfline::progress::SharedProgress;
 
 /// Of two of a triangle's edges the sine of the angle between them is at least this, so that no
 /// triangle vanishes in single precision.

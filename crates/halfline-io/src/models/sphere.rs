@@ -1,11 +1,11 @@
 //! The unit sphere.
 
-use crate::error::Result;
-use crate::mesh::{Mesh, Positions};
+use halfline::error::Result;
+use halfline::mesh::{Mesh, Positions};
 
 use super::cube_sphere::{CubeSphere, Order};
 use super::fill::{fill, single};
-use crate::progress::SharedProgress;
+use halfline::progress::SharedProgress;
 
 /// See [`Kind::Sphere`](super::Kind::Sphere).
 pub fn sphere(triangles: usize, progress: &SharedProgress) -> Result<Mesh> {

@@ -3,13 +3,13 @@
 //! A cell of side h holds about n h^2 of them, where it holds n h^3 small triangles: planes hardly
 //! get them apart, and each plane cuts many.
 
-use crate::error::Result;
-use crate::geometry::{Vec3, vec3};
-use crate::mesh::Mesh;
+use halfline::error::Result;
+use halfline::geometry::{Vec3, vec3};
+use halfline::mesh::Mesh;
 
 use super::fill::separate_triangles;
-use super::random::Random;
-use crate::progress::SharedProgress;
+use halfline::geometry::random::Random;
+use halfline::progress::SharedProgress;
 
 /// The width of all sticks side by side, so that a half-line goes about as far as the cube is wide
 /// before it hits one, however many there are.
@@ -63,9 +63,9 @@ fn to_wall(point: Vec3, along: Vec3, room: f64) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use crate::geometry::Vec3;
-    use crate::mesh::generate::{Kind, generate};
-    use crate::progress::NoProgress;
+    use crate::models::{Kind, generate};
+    use halfline::geometry::Vec3;
+    use halfline::progress::NoProgress;
 
     #[test]
     fn sticks_go_from_wall_to_wall() {

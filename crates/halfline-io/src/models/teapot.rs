@@ -5,13 +5,13 @@
 //! are mirrored; so the patches are given here by their profiles. Patches that touch share their
 //! vertices.
 
-use crate::error::Result;
-use crate::geometry::{Vec3, vec3};
-use crate::mesh::Mesh;
+use halfline::error::Result;
+use halfline::geometry::{Vec3, vec3};
+use halfline::mesh::Mesh;
 
 use super::View;
 use super::assembly::{Assembly, haines_material};
-use crate::progress::SharedProgress;
+use halfline::progress::SharedProgress;
 
 /// The camera of the Standard Procedural Databases.
 pub const VIEW: View = View {

@@ -6,14 +6,14 @@
 //! depend on all others: they are stripes across the contour lines, blended from cell to cell,
 //! finer ones following the slopes that the coarser ones made.
 
-use crate::error::Result;
-use crate::geometry::vec3;
-use crate::mesh::{Mesh, Positions};
+use halfline::error::Result;
+use halfline::geometry::vec3;
+use halfline::mesh::{Mesh, Positions};
 
 use super::View;
 use super::fill::{fill, single};
 use super::noise::{Noise, smooth_step};
-use crate::progress::SharedProgress;
+use halfline::progress::SharedProgress;
 
 /// Over the foothills towards the peaks.
 pub const VIEW: View = View {

@@ -2,8 +2,8 @@ use std::collections::HashMap;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use super::*;
-use crate::mesh::Positions;
-use crate::progress::{NoProgress, Stage};
+use halfline::mesh::Positions;
+use halfline::progress::{NoProgress, Stage};
 
 const NUMBERS: [usize; 5] = [1, 2, 10, 1000, 123_456];
 

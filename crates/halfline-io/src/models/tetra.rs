@@ -1,13 +1,13 @@
 //! Haines's tetrahedral pyramid (after Glassner 1984): Sierpinski's tetrahedron in the cube from
 //! -1 to 1.
 
-use crate::error::Result;
-use crate::geometry::{Vec3, vec3};
-use crate::mesh::Mesh;
+use halfline::error::Result;
+use halfline::geometry::{Vec3, vec3};
+use halfline::mesh::Mesh;
 
 use super::View;
 use super::assembly::{Assembly, Shape, haines_material};
-use crate::progress::SharedProgress;
+use halfline::progress::SharedProgress;
 
 /// The camera of the Standard Procedural Databases.
 pub const VIEW: View = View {

@@ -13,10 +13,10 @@ use super::faces::{FaceChunk, Strips, Triangles, vertex_index};
 use super::header::{Element, Header, Kind};
 use super::scalar::Scalar;
 use super::schema::Schema;
-use crate::error::{Error, Result};
-use crate::io::progress::ByteProgress;
-use crate::io::text::{excerpt, parse_f32, parse_f64, parse_integer};
-use crate::mesh::Positions;
+use crate::text::{excerpt, parse_f32, parse_f64, parse_integer};
+use halfline::error::{Error, Result};
+use halfline::mesh::Positions;
+use halfline::progress::SharedProgress;
 
 /// Bytes parsed as one parallel piece of work; up to the next end of a line.
 const BLOCK_BYTES: usize = 256 << 10;
@@ -35,7 +35,7 @@ struct Body<'a> {
     header: &'a Header,
     bytes: &'a [u8],
     blocks: Vec<Block>,
-    progress: &'a ByteProgress<'a>,
+    progress: &'a SharedProgress<'a>,
 }
 
 /// True if `bytes` have at least as many records as `header` promises.
@@ -52,7 +52,7 @@ pub fn read(
     header: &Header,
     schema: &Schema,
     bytes: &[u8],
-    progress: &ByteProgress,
+    progress: &SharedProgress,
 ) -> Result<Parts> {
     let body =
         Body { path, header, bytes, blocks: find_blocks(header, bytes, progress)?, progress };
@@ -87,7 +87,7 @@ fn lines(bytes: &[u8], line_end: u8) -> impl Iterator<Item = &[u8]> {
         })
 }
 
-fn find_blocks(header: &Header, bytes: &[u8], progress: &ByteProgress) -> Result<Vec<Block>> {
+fn find_blocks(header: &Header, bytes: &[u8], progress: &SharedProgress) -> Result<Vec<Block>> {
     let mut ranges = Vec::new();
     let mut start = header.byte_length;
     while start < bytes.len() {
@@ -168,7 +168,7 @@ impl<'a> Body<'a> {
                     }
                     record += 1;
                 }
-                self.progress.add(text.len())?;
+                self.progress.advance(text.len())?;
                 Ok(made)
             })
             .collect();

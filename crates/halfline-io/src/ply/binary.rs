@@ -10,11 +10,11 @@ use super::header::{Element, Header, Kind};
 use super::layout::{self, CHUNK_RECORDS, Extent, Failure, FixedProperty, Records};
 use super::scalar::{Number, Scalar};
 use super::schema::Schema;
-use crate::error::{Error, Result};
-use crate::io::progress::ByteProgress;
-use crate::map::zeroed;
-use crate::mesh::Positions;
-use crate::progress::Observer;
+use halfline::error::{Error, Result};
+use halfline::mesh::Positions;
+use halfline::progress::Observer;
+use halfline::progress::SharedProgress;
+use halfline::storage::zeroed;
 
 /// Reads the parts of a mesh from `bytes`, the whole file; `BIG` says the byte order.
 pub fn read<const BIG: bool>(
@@ -23,7 +23,7 @@ pub fn read<const BIG: bool>(
     schema: &Schema,
     bytes: &[u8],
     observer: &dyn Observer,
-    progress: &ByteProgress,
+    progress: &SharedProgress,
 ) -> Result<Parts> {
     let extents = layout::locate(header, bytes, observer)
         .map_err(|failure| layout_error(path, header, failure))?;
@@ -72,7 +72,7 @@ struct Table<'a, const BIG: bool> {
     element: &'a Element,
     extent: &'a Extent,
     bytes: &'a [u8],
-    progress: &'a ByteProgress<'a>,
+    progress: &'a SharedProgress<'a>,
 }
 
 impl<const BIG: bool> Table<'_, BIG> {
@@ -152,7 +152,7 @@ impl<const BIG: bool> Table<'_, BIG> {
                     }
                 };
                 check(first, items)?;
-                self.progress.add(size)
+                self.progress.advance(size)
             })
             .collect();
         results.into_iter().collect::<Result<()>>()?;
@@ -286,7 +286,7 @@ fn read_faces<const BIG: bool>(
                 result.push(&polygon, positions);
                 Ok(())
             })?;
-            faces.progress.add(size)?;
+            faces.progress.advance(size)?;
             Ok(result)
         })
         .collect();
@@ -348,7 +348,7 @@ fn read_strips<const BIG: bool>(
             }
             Ok(())
         })?;
-        table.progress.add(size)?;
+        table.progress.advance(size)?;
     }
     Ok(strips)
 }

@@ -1,6 +1,7 @@
 //! A file's polygons and strips as the triangles of a mesh.
 
-use crate::mesh::{Positions, triangulate};
+use crate::triangulate::triangulate;
+use halfline::mesh::Positions;
 
 /// Triangles cut from consecutive faces, and which face each was cut from.
 #[derive(Debug, Default)]
@@ -11,7 +12,7 @@ pub struct FaceChunk {
     /// Empty as long as each face was one triangle.
     sources: Vec<u32>,
     all_triangles: bool,
-    corners: Vec<crate::geometry::Vec3>,
+    corners: Vec<halfline::geometry::Vec3>,
 }
 
 /// The triangles of a file, and for each the face it was cut from unless triangle i is face i.
@@ -19,7 +20,7 @@ pub struct FaceChunk {
 pub struct Triangles {
     /// In the order of the file.
     pub triangles: Vec<[u32; 3]>,
-    /// As in [`crate::Mesh::source_faces`].
+    /// As in [`Mesh::source_faces`](halfline::Mesh::source_faces).
     pub source_faces: Option<Vec<u32>>,
 }
 

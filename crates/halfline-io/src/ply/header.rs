@@ -3,8 +3,8 @@
 use std::path::Path;
 
 use super::scalar::Scalar;
-use crate::error::{Error, Result};
-use crate::io::text::excerpt;
+use crate::text::excerpt;
+use halfline::error::{Error, Result};
 
 /// How the body is written.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

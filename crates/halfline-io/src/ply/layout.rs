@@ -10,9 +10,9 @@ use std::ops::Range;
 use rayon::prelude::*;
 
 use super::header::{Element, Encoding, Header, Kind};
-use crate::error::Error;
-use crate::io::text::excerpt;
-use crate::progress::Observer;
+use crate::text::excerpt;
+use halfline::error::Error;
+use halfline::progress::Observer;
 
 /// Records between two checkpoints, and of one parallel piece of work.
 pub const CHUNK_RECORDS: usize = 1 << 15;

@@ -21,10 +21,10 @@ use self::faces::Triangles;
 use self::header::Encoding;
 use self::layout::Failure;
 use self::schema::Schema;
-use super::progress::ByteProgress;
-use crate::error::{Error, Result};
-use crate::mesh::{Mesh, Positions};
-use crate::progress::{NoProgress, Observer, Stage};
+use halfline::error::{Error, Result};
+use halfline::mesh::{Mesh, Positions};
+use halfline::progress::SharedProgress;
+use halfline::progress::{NoProgress, Observer, Stage};
 
 pub(super) use header::is_ply;
 pub use writer::save;
@@ -44,7 +44,7 @@ pub fn read(path: &Path, bytes: &[u8], observer: &dyn Observer) -> Result<Mesh> 
         return Err(Error::format(path, "header", "the file ends before a line 'end_header'"));
     };
     let schema = Schema::of(path, &header)?;
-    let progress = ByteProgress::new(observer, Stage::Load, bytes.len());
+    let progress = SharedProgress::new(observer, Stage::Load, bytes.len());
     let parts = match header.encoding {
         Encoding::Ascii => ascii::read(path, &header, &schema, bytes, &progress),
         Encoding::LittleEndian => {

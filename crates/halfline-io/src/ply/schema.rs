@@ -4,7 +4,7 @@ use std::path::Path;
 
 use super::header::{Element, Header, Kind};
 use super::scalar::Scalar;
-use crate::error::{Error, Result};
+use halfline::error::{Error, Result};
 
 /// Where in the header a mesh's parts are, as indices of elements and of their properties.
 #[derive(Clone, Debug, PartialEq, Eq)]

@@ -6,7 +6,7 @@ use proptest::prelude::*;
 
 use super::scalar::Scalar;
 use super::*;
-use crate::io::{load, save_ply};
+use crate::{load, save_ply};
 
 const ENCODINGS: [&str; 3] = ["ascii", "binary_little_endian", "binary_big_endian"];
 

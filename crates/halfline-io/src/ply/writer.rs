@@ -3,11 +3,11 @@
 use std::io::Write;
 use std::path::Path;
 
-use crate::error::{Error, Result};
-use crate::io::atomic::AtomicFile;
-use crate::io::progress::ByteProgress;
-use crate::mesh::{Mesh, Positions};
-use crate::progress::{Observer, Stage};
+use halfline::error::{Error, Result};
+use halfline::mesh::{Mesh, Positions};
+use halfline::progress::SharedProgress;
+use halfline::progress::{Observer, Stage};
+use halfline::storage::AtomicFile;
 
 /// Records encoded between two writes.
 const CHUNK_RECORDS: usize = 1 << 15;
@@ -30,7 +30,7 @@ pub fn save(mesh: &Mesh, path: &Path, observer: &dyn Observer) -> Result<()> {
         file: AtomicFile::create(path)?,
         buffer: Vec::new(),
         path,
-        progress: ByteProgress::new(observer, Stage::Write, total),
+        progress: SharedProgress::new(observer, Stage::Write, total),
     };
     writer.buffer.extend_from_slice(header.as_bytes());
     let colors = mesh.vertex_colors.as_deref();
@@ -86,7 +86,7 @@ struct Writer<'a> {
     file: AtomicFile,
     buffer: Vec<u8>,
     path: &'a Path,
-    progress: ByteProgress<'a>,
+    progress: SharedProgress<'a>,
 }
 
 impl Writer<'_> {
@@ -112,7 +112,7 @@ impl Writer<'_> {
 
     fn write(&mut self) -> Result<()> {
         self.file.write_all(&self.buffer).map_err(|e| Error::io(self.path, e))?;
-        self.progress.add(self.buffer.len())?;
+        self.progress.advance(self.buffer.len())?;
         self.buffer.clear();
         Ok(())
     }

@@ -7,9 +7,9 @@ use std::path::Path;
 
 use rayon::prelude::*;
 
-use crate::error::{Error, Result};
-use crate::io::progress::ByteProgress;
-use crate::io::text::{excerpt, parse_f32, parse_f64, single_precision_reproduces};
+use crate::text::{excerpt, parse_f32, parse_f64, single_precision_reproduces};
+use halfline::error::{Error, Result};
+use halfline::progress::SharedProgress;
 
 /// Bytes parsed as one parallel piece of work; up to the end of a facet.
 pub(super) const BLOCK_BYTES: usize = 256 << 10;
@@ -35,7 +35,7 @@ impl Facets {
 }
 
 /// Parses `bytes`, a whole file.
-pub fn parse(path: &Path, bytes: &[u8], progress: &ByteProgress) -> Result<Facets> {
+pub fn parse(path: &Path, bytes: &[u8], progress: &SharedProgress) -> Result<Facets> {
     let start = bytes.len() - super::without_mark(bytes).len();
     let mut cuts = vec![start];
     while let Some(&last) = cuts.last()
@@ -48,7 +48,7 @@ pub fn parse(path: &Path, bytes: &[u8], progress: &ByteProgress) -> Result<Facet
         .par_windows(2)
         .map(|cut| {
             let block = Block::parse(&bytes[..cut[1]], cut[0]);
-            progress.add(cut[1] - cut[0])?;
+            progress.advance(cut[1] - cut[0])?;
             Ok(block)
         })
         .collect();

@@ -10,12 +10,12 @@ mod tests;
 
 use std::path::Path;
 
-use super::progress::ByteProgress;
 use super::weld::{Welded, weld};
-use crate::error::{Error, Result};
-use crate::map::Buffer;
-use crate::mesh::{Mesh, Positions};
-use crate::progress::{Observer, Stage};
+use halfline::error::{Error, Result};
+use halfline::mesh::{Mesh, Positions};
+use halfline::progress::SharedProgress;
+use halfline::progress::{Observer, Stage};
+use halfline::storage::Buffer;
 
 /// The header of a binary file, and the number of facets.
 const HEADER_BYTES: usize = 84;
@@ -76,7 +76,7 @@ pub(super) fn is_complete(bytes: &[u8]) -> bool {
 /// Vertices with the same bits become one, and -0 becomes 0. Coordinates of ASCII files stay in
 /// double precision if single precision cannot reproduce their digits.
 pub fn read(path: &Path, bytes: &[u8], observer: &dyn Observer) -> Result<Mesh> {
-    let progress = ByteProgress::new(observer, Stage::Load, bytes.len());
+    let progress = SharedProgress::new(observer, Stage::Load, bytes.len());
     let mesh = if is_ascii(bytes) {
         let facets = ascii::parse(path, bytes, &progress)?;
         if facets.double {
@@ -100,7 +100,7 @@ fn into_mesh<P>(
     Mesh::new(positions(vertices.into()), triangles)
 }
 
-fn read_binary(path: &Path, bytes: &[u8], progress: &ByteProgress) -> Result<Welded<[f32; 3]>> {
+fn read_binary(path: &Path, bytes: &[u8], progress: &SharedProgress) -> Result<Welded<[f32; 3]>> {
     let Some(count) = facet_count(bytes) else {
         let reason =
             format!("a binary STL file has at least {HEADER_BYTES} bytes, not {}", bytes.len());

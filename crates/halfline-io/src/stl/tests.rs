@@ -3,7 +3,7 @@
 use proptest::prelude::*;
 
 use super::*;
-use crate::progress::NoProgress;
+use halfline::progress::NoProgress;
 
 const TETRAHEDRON: [[[f32; 3]; 3]; 4] = [
     [[0., 0., 0.], [0., 1., 0.], [1., 0., 0.]],

@@ -7,7 +7,7 @@
 //! What is different:
 //! - The signs of areas are exact (J. R. Shewchuk, "Adaptive Precision Floating-Point Arithmetic",
 //!   1997, as the crate `robust`), so a simple polygon always has an ear and no repair is needed.
-//! - Straight corners count as reflex and are never dropped; see `triangulate.rs` for the reason.
+//! - Straight corners count as reflex and are never dropped; see `mod.rs` for the reason.
 //! - Corners at the same place are allowed, as in a polygon whose hole is joined to its rim by a
 //!   cut: what blocks an ear there is an edge that enters it, not the corner.
 //! - After a cut the next corner is passed over, so that a round polygon is cut into well-shaped
@@ -17,7 +17,7 @@
 use robust::{Coord, orient2d};
 
 use super::reflex_grid::ReflexGrid;
-use crate::geometry::Vec3;
+use halfline::geometry::Vec3;
 
 /// Corners tried, rows of cells searched and corners met there, for each corner of the polygon,
 /// before the rest becomes a fan. Simple polygons of a hundred thousand corners, chosen to be hard

@@ -6,8 +6,12 @@
 //! drop such corners, and their search for diagonals takes cubic time on a polygon that crosses
 //! itself, with no way to stop it.
 
-use super::ear_clipping::EarClipping;
-use crate::geometry::{Vec3, vec3};
+mod ear_clipping;
+mod reflex_grid;
+
+use halfline::geometry::{Vec3, vec3};
+
+use self::ear_clipping::EarClipping;
 
 /// Cuts polygons into triangles and keeps its working memory between them.
 ///

@@ -1,8 +1,8 @@
 use std::fs;
 
-use halfline::io::gltf::read;
 use halfline::mesh::{Material, Mesh};
 use halfline::progress::NoProgress;
+use halfline_io::gltf::read;
 use serde_json::{Value, json};
 
 use super::gltf_build::{Build, glb_of};

@@ -2,8 +2,8 @@
 
 use std::path::Path;
 
-use halfline::io::gltf::read;
 use halfline::progress::NoProgress;
+use halfline_io::gltf::read;
 use serde_json::{Value, json};
 
 use super::gltf::{textured, with};

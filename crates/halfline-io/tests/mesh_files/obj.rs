@@ -1,9 +1,9 @@
 use std::fs;
 use std::path::Path;
 
-use halfline::io::obj::read;
 use halfline::mesh::Material;
 use halfline::progress::NoProgress;
+use halfline_io::obj::read;
 
 use super::{assert_fails, assert_reports_and_stops, is_single_precision, mesh_of, points};
 

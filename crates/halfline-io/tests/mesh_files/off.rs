@@ -1,7 +1,7 @@
 use std::path::Path;
 
-use halfline::io::off::read;
 use halfline::progress::NoProgress;
+use halfline_io::off::read;
 
 use super::{assert_fails, assert_reports_and_stops, is_single_precision, mesh_of, points};
 

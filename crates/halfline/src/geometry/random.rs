@@ -4,7 +4,7 @@
 //! Its output is part of what this crate promises (same seed, same bytes), so it is written out
 //! here rather than taken from a crate whose next version may differ.
 
-use crate::geometry::{Vec3, vec3};
+use super::{Vec3, vec3};
 
 /// The increment of SplitMix64: the odd number nearest to 2^64 over the golden ratio.
 const GOLDEN: u64 = 0x9e37_79b9_7f4a_7c15;
@@ -32,6 +32,14 @@ impl Random {
     pub fn bits(&mut self) -> u64 {
         self.state = self.state.wrapping_add(GOLDEN);
         mix(self.state)
+    }
+
+    /// The next of the numbers 0 .. `count` - 1, as good as uniform where they are few beside 2^64.
+    ///
+    /// # Panics
+    /// If `count` is zero.
+    pub fn below(&mut self, count: usize) -> usize {
+        (self.bits() % count as u64) as usize
     }
 
     /// The next number, uniform in [0, 1).

@@ -169,7 +169,7 @@ extern "C" fn answer(signal: i32, info: *mut libc::siginfo_t, context: *mut libc
 mod tests {
     use std::fs::File;
 
-    use crate::map::MappedFile;
+    use crate::storage::MappedFile;
 
     #[test]
     fn a_file_cut_short_reads_as_zeros_and_tells() {
