@@ -3,7 +3,7 @@
 mod colors;
 #[cfg(feature = "gltf")]
 pub mod gltf;
-#[cfg(feature = "gzip")]
+#[cfg_attr(not(feature = "gzip"), path = "gzip_left_out.rs")]
 mod gzip;
 mod lines;
 #[cfg(feature = "models")]
@@ -18,7 +18,7 @@ mod text;
 pub mod triangulate;
 mod weld;
 
-#[cfg(test)]
+#[cfg(all(test, feature = "gzip"))]
 mod tests;
 
 use std::ffi::OsStr;
@@ -28,9 +28,7 @@ pub use ply::save as save_ply;
 
 use halfline::error::{Error, Result};
 use halfline::mesh::Mesh;
-use halfline::progress::Observer;
-#[cfg(feature = "gzip")]
-use halfline::progress::Part;
+use halfline::progress::{Observer, Part};
 use halfline::storage::Bytes;
 
 /// The formats that can be told apart.
@@ -58,27 +56,16 @@ const START_BYTES: usize = 1024;
 pub fn load(path: &Path, observer: &dyn Observer) -> Result<Mesh> {
     let bytes = Bytes::open(path, observer, &|start| recognise(path, start).map(|_| ()))?;
     let format = recognise(path, &bytes)?;
-    #[cfg(feature = "gzip")]
-    if is_gzip(&bytes) {
-        return read_compressed(format, path, &bytes, observer);
+    if !is_gzip(&bytes) {
+        let mesh = read(format, path, &bytes, observer);
+        bytes.check(path)?;
+        return mesh;
     }
-    let mesh = read(format, path, &bytes, observer);
-    bytes.check(path)?;
-    mesh
-}
-
-#[cfg(feature = "gzip")]
-fn read_compressed(
-    format: Format,
-    path: &Path,
-    bytes: &[u8],
-    observer: &dyn Observer,
-) -> Result<Mesh> {
     // Inflating takes most of the time.
     let total = bytes.len() as u64;
     let inflating = Part { observer, before: 0, share: total / 5 * 4, total };
     let limit = gzip::inflated_limit(bytes.len());
-    let content = gzip::inflate(path, bytes, &inflating, &|content| match format {
+    let content = gzip::inflate(path, &bytes, &inflating, &|content| match format {
         Format::Ply => ply::is_complete(content, limit),
         Format::Stl => stl::is_complete(content),
         Format::Obj | Format::Off | Format::Gltf => false,
@@ -107,7 +94,7 @@ fn recognise(path: &Path, bytes: &[u8]) -> Result<Format> {
     }
     let inflated;
     let (start, name) = if is_gzip(bytes) {
-        inflated = inflate_start(path, bytes)?;
+        inflated = gzip::inflate_start(path, bytes, START_BYTES)?;
         let name = if extension(path) == "gz" { path.file_stem() } else { path.file_name() };
         (&inflated[..], name)
     } else {
@@ -132,18 +119,6 @@ fn recognise(path: &Path, bytes: &[u8]) -> Result<Format> {
 /// True if `bytes` begin as a gzip stream (RFC 1952) does.
 fn is_gzip(bytes: &[u8]) -> bool {
     bytes.starts_with(b"\x1f\x8b")
-}
-
-/// The first bytes of what the gzip stream `bytes` holds.
-#[cfg(feature = "gzip")]
-fn inflate_start(path: &Path, bytes: &[u8]) -> Result<Vec<u8>> {
-    gzip::inflate_start(path, bytes, START_BYTES)
-}
-
-/// The refusal of a gzip stream.
-#[cfg(not(feature = "gzip"))]
-fn inflate_start(path: &Path, _bytes: &[u8]) -> Result<Vec<u8>> {
-    Err(left_out(path, "gzip"))
 }
 
 /// The error about a file that needs a feature which this build lacks.

@@ -145,10 +145,3 @@ pub(super) fn number(field: &[u8]) -> std::result::Result<f64, String> {
 pub(super) fn quoted(field: &[u8]) -> String {
     format!("`{}`", text::excerpt(field))
 }
-
-/// Another library's message as it can stand in ours: on one line, and not long.
-pub(super) fn one_line(message: &str) -> String {
-    const MOST_CHARACTERS: usize = 200;
-    let plain = |c: char| if c.is_control() { ' ' } else { c };
-    message.trim().chars().take(MOST_CHARACTERS).map(plain).collect()
-}

@@ -8,7 +8,7 @@ use zune_jpeg::zune_core::colorspace::ColorSpace;
 use zune_jpeg::zune_core::options::DecoderOptions;
 
 use super::buffers::{Buffers, Bytes, Refusal};
-use crate::lines::one_line;
+use super::one_line;
 use halfline::error::{Error, Result};
 use halfline::mesh::linear_from_srgb;
 

@@ -23,7 +23,7 @@ use std::path::Path;
 
 use self::buffers::{Buffers, unsupported_extension};
 use self::document::{Document, Preamble};
-use crate::lines::{one_line, quoted};
+use crate::lines::quoted;
 use halfline::error::{Error, Result};
 use halfline::mesh::Mesh;
 use halfline::progress::{Observer, Stage};
@@ -104,4 +104,11 @@ fn parse(path: &Path, json: &[u8]) -> Result<Document> {
         }
         None => Ok(document),
     }
+}
+
+/// Another library's message as it can stand in ours: on one line, and not long.
+fn one_line(message: &str) -> String {
+    const MOST_CHARACTERS: usize = 200;
+    let plain = |c: char| if c.is_control() { ' ' } else { c };
+    message.trim().chars().take(MOST_CHARACTERS).map(plain).collect()
 }
