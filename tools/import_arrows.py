@@ -4,16 +4,17 @@
 The house has one direction. A room (a folder or file under crates/halfline/src) imports only
 rooms of the levels below its own:
 
-    explain -> scene -> traverse, build, points -> tree -> numeric, simd -> mesh
-          -> geometry, storage
+    explain -> scene -> batch -> traverse, builder, points -> intersect -> rays -> tree
+          -> numeric, simd -> mesh -> geometry, storage
 
 Rooms of one level do not know each other: building must not lean on traversal, nor the numeric
-rules on an instruction set. Every room may import error and progress. brute_force and textbook, the judges, import geometry,
-mesh and numeric (for the scalar triangle test) alone, and no room imports them: a judge must not
-share the code that it judges. explain alone imports textbook, for it is the textbook's walk that it
-tells. Among the crates: halfline-python -> halfline-cli -> halfline-lecture -> halfline-render,
-halfline-io, halfline-check -> halfline. Tests of every crate may use halfline-io for its models, and
-name it by its path alone: cargo leaves such a dependency out of what is published.
+rules on an instruction set. Every room may import error and progress. brute_force and textbook,
+the judges, import geometry, mesh and numeric (for the scalar triangle test) alone, and no room
+imports them: a judge must not share the code that it judges. explain alone imports textbook, for
+it is the textbook's walk that it tells. Among the crates: halfline-python -> halfline-cli ->
+halfline-lecture -> halfline-render, halfline-io, halfline-check -> halfline. Tests of every crate
+may use halfline-io for its models, and name it by its path alone: cargo leaves such a dependency
+out of what is published.
 
 Modules under #[cfg(test)], and files named tests.rs, may import any room, for that is where engine
 and judge meet. lib.rs names every room and is not checked; what it re-exports counts as the room
@@ -33,7 +34,10 @@ from pathlib import Path
 LEVELS: list[set[str]] = [
     {"explain"},
     {"scene"},
-    {"traverse", "build", "points"},
+    {"batch"},
+    {"traverse", "builder", "points"},
+    {"intersect"},
+    {"rays"},
     {"tree"},
     {"numeric", "simd"},
     {"mesh"},
@@ -217,7 +221,7 @@ def reexports_of(lib: str) -> dict[str, str]:
 
 
 def module_of(file: Path) -> list[str]:
-    """The module path of a file given relative to src: tree/mod.rs is tree, tree/node.rs is tree::node."""
+    """The module path of a file given relative to src: tree/mod.rs is tree, a/b.rs is a::b."""
     parts = list(file.with_suffix("").parts)
     return parts[:-1] if parts[-1] == "mod" else parts
 

@@ -3,7 +3,7 @@
 
 use std::path::Path;
 
-use halfline::progress::Silent;
+use halfline::progress::NoProgress;
 use halfline_io::load;
 
 #[test]
@@ -17,10 +17,10 @@ fn a_file_of_a_format_that_was_left_out_is_refused_in_a_line_that_names_the_feat
     ] {
         let path = folder.path().join(name);
         std::fs::write(&path, bytes).unwrap();
-        let error = load(&path, &Silent).unwrap_err().to_string();
+        let error = load(&path, &NoProgress).unwrap_err().to_string();
         let reason = format!("this build of halfline-io was made without its feature `{feature}`");
         assert_eq!(error, format!("{}: byte 0: {reason}", path.display()));
     }
-    let error = load(Path::new("no.gltf"), &Silent).unwrap_err().to_string();
+    let error = load(Path::new("no.gltf"), &NoProgress).unwrap_err().to_string();
     assert!(error.starts_with("no.gltf: "), "{error}");
 }
