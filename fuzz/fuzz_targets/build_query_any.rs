@@ -24,8 +24,8 @@ fuzz_target!(|bytes: &[u8]| {
         tree.all(ray, &mut Vec::new());
     }
     let parameters = BuildParameters {
-        last_cell_triangles: 1 + usize::from(choice >> 4),
-        spare_references: f64::from(choice & 15),
+        spatial_split_min_triangles: 1 + usize::from(choice >> 4),
+        duplication_budget: f64::from(choice & 15),
         coarse_grid: choice & 15 == 0,
         ..BuildParameters::default()
     };

@@ -4,11 +4,11 @@
 
 use std::sync::Once;
 
-use halfline::io::gltf;
+use halfline_io::gltf;
 use halfline_fuzz::{try_reader, write};
 use libfuzzer_sys::fuzz_target;
 
-const IMAGE: &[u8] = include_bytes!("../../crates/halfline/tests/mesh_files/red.jpg");
+const IMAGE: &[u8] = include_bytes!("../../crates/halfline-io/tests/mesh_files/red.jpg");
 
 fuzz_target!(|content: &[u8]| {
     static BESIDE: Once = Once::new();

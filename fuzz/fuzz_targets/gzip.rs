@@ -11,7 +11,7 @@ use std::io::Write;
 use arbitrary::{Arbitrary, Unstructured};
 use flate2::Compression;
 use flate2::write::GzEncoder;
-use halfline::io::load;
+use halfline_io::load;
 use halfline::progress::NoProgress;
 use halfline_fuzz::{be_single_threaded, check_answer, write};
 use libfuzzer_sys::fuzz_target;

@@ -3,7 +3,7 @@
 
 #![no_main]
 
-use halfline::io::obj;
+use halfline_io::obj;
 use halfline_fuzz::{try_reader, write};
 use libfuzzer_sys::fuzz_target;
 

@@ -2,7 +2,7 @@
 
 #![no_main]
 
-use halfline::io::off;
+use halfline_io::off;
 use halfline_fuzz::try_reader;
 use libfuzzer_sys::fuzz_target;
 

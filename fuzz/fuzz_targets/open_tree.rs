@@ -10,7 +10,7 @@ use std::panic::{set_hook, take_hook};
 use std::sync::{Once, OnceLock};
 
 use halfline::geometry::vec3;
-use halfline::mesh::generate::{Kind, generate};
+use halfline_io::models::{Kind, generate};
 use halfline::progress::NoProgress;
 use halfline::scene::is_guarded;
 use halfline::tree::Verify;

@@ -2,7 +2,7 @@
 
 #![no_main]
 
-use halfline::io::ply;
+use halfline_io::ply;
 use halfline_fuzz::try_reader;
 use libfuzzer_sys::fuzz_target;
 

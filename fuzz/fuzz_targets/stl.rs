@@ -2,7 +2,7 @@
 
 #![no_main]
 
-use halfline::io::stl;
+use halfline_io::stl;
 use halfline_fuzz::try_reader;
 use libfuzzer_sys::fuzz_target;
 

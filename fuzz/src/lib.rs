@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use std::sync::{Once, OnceLock};
 
 use halfline::error::{Error, Result};
-use halfline::io::{ply, save_ply};
+use halfline_io::{ply, save_ply};
 use halfline::progress::{Observer, NoProgress};
 use halfline::{Mesh, Scene};
 use tempfile::TempDir;

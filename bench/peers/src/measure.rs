@@ -3,7 +3,7 @@
 use std::hint::black_box;
 use std::path::Path;
 
-use halfline::mesh::generate::{self, Kind as Shape};
+use halfline_io::models::{self, Kind as Shape};
 use halfline::progress::NoProgress;
 use halfline::{Mesh, Ray, Scene, HitF32, RayF32};
 use serde_json::{Value, json};
@@ -89,8 +89,8 @@ fn load(source: &str) -> Result<Mesh, String> {
         Some((kind.parse::<Shape>().ok()?, triangles.parse::<usize>().ok()?))
     });
     match generated {
-        Some((kind, triangles)) => generate::generate(kind, triangles, 0, &NoProgress).map_err(told),
-        None => halfline::io::load(Path::new(source), &NoProgress).map_err(told),
+        Some((kind, triangles)) => models::generate(kind, triangles, 0, &NoProgress).map_err(told),
+        None => halfline_io::load(Path::new(source), &NoProgress).map_err(told),
     }
 }
 

@@ -1,11 +1,9 @@
 //! Who answers a batch of rays: the engine, or one of the two judges that it must agree with.
 
-use std::sync::atomic::{AtomicU64, Ordering};
-
 use halfline::error::Result;
 use halfline::geometry::{Hit, Ray};
 use halfline::mesh::Mesh;
-use halfline::progress::{Observer, Stage};
+use halfline::progress::{Observer, SharedProgress, Stage};
 use halfline::scene::AllHits;
 use halfline::{Scene, brute_force, textbook};
 use rayon::prelude::*;
@@ -71,12 +69,12 @@ fn each<T: Send>(
     observer: &dyn Observer,
     cast: impl Fn(&Ray) -> T + Sync,
 ) -> Result<Vec<T>> {
-    let (done, total) = (AtomicU64::new(0), rays.len() as u64);
+    let progress = SharedProgress::new(observer, Stage::Trace, rays.len());
     rays.par_iter()
         .map(|ray| {
-            observer.check()?;
+            progress.check()?;
             let answer = cast(ray);
-            observer.report(Stage::Trace, done.fetch_add(1, Ordering::Relaxed) + 1, total);
+            progress.advance(1)?;
             Ok(answer)
         })
         .collect()

@@ -73,7 +73,7 @@ fn on_signal() -> bool {
 
 /// Ends the process without waiting for the work.
 fn end_now() -> ! {
-    halfline::io::abandon_all();
+    halfline::storage::abandon_all();
     temporary::remove_all();
     let mut stderr = std::io::stderr();
     let clear_bar = if stderr.is_terminal() { "\r\x1b[2K" } else { "" };

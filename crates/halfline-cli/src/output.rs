@@ -5,8 +5,8 @@ use std::path::{Path, PathBuf};
 
 use clap::builder::{PathBufValueParser, TypedValueParser};
 use halfline::Error;
-use halfline::io::AtomicFile;
 use halfline::progress::Observer;
+use halfline::storage::AtomicFile;
 
 use crate::failure::Failure;
 

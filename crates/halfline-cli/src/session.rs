@@ -75,7 +75,7 @@ impl Session {
 
     /// Reads a mesh, and tells how many seconds it took.
     pub fn load(&self, path: &Path) -> Result<(Mesh, f64), Failure> {
-        self.timed(Stage::Load, |observer| halfline::io::load(path, observer))
+        self.timed(Stage::Load, |observer| halfline_io::load(path, observer))
     }
 
     /// Tells `figures` if JSON is wanted, otherwise `text`: always if it `is_the_result`, or

@@ -6,8 +6,8 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use halfline::Mesh;
 use halfline::error::Error;
 use halfline::geometry::Vec3;
-use halfline::mesh::generate::{Kind, generate};
 use halfline::progress::{NoProgress, Observer, Stage};
+use halfline_io::models::{Kind, generate};
 use halfline_lecture::study::{
     self, Budget, Engine, Family, Quantity, Refusal, Settings, Study, sampled, study, subdivided,
 };

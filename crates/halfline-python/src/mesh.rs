@@ -5,11 +5,11 @@ use std::sync::Arc;
 
 use halfline::Error;
 use halfline::error::Result;
-use halfline::map::Buffer;
-use halfline::mesh::generate::{self, Kind};
 use halfline::mesh::{Material, Positions};
 use halfline::numeric::SurfacePoint;
 use halfline::progress::Observer;
+use halfline::storage::Buffer;
+use halfline_io::models::{self, Kind};
 use numpy::{PyArray1, PyArrayMethods, PyReadonlyArrayDyn};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
@@ -43,7 +43,7 @@ impl Mesh {
     #[staticmethod]
     #[pyo3(signature = (path, progress=None, /))]
     fn load(py: Python, path: PathBuf, progress: Progress) -> PyResult<Mesh> {
-        on_pool(py, progress, |observer| halfline::io::load(&path, observer)).map(Mesh::new)
+        on_pool(py, progress, |observer| halfline_io::load(&path, observer)).map(Mesh::new)
     }
 
     #[staticmethod]
@@ -56,7 +56,7 @@ impl Mesh {
         progress: Progress,
     ) -> PyResult<Mesh> {
         on_pool(py, progress, |observer| {
-            generate::generate(kind.parse::<Kind>()?, triangles, seed, observer)
+            models::generate(kind.parse::<Kind>()?, triangles, seed, observer)
         })
         .map(Mesh::new)
     }
@@ -204,7 +204,7 @@ impl Mesh {
     /// Writes the mesh as binary PLY.
     #[pyo3(signature = (path, progress=None, /))]
     fn save(&self, py: Python, path: PathBuf, progress: Progress) -> PyResult<()> {
-        on_pool(py, progress, |observer| halfline::io::save_ply(&self.0, &path, observer))
+        on_pool(py, progress, |observer| halfline_io::save_ply(&self.0, &path, observer))
     }
 
     fn extras<'py>(&self, py: Python<'py>) -> Extras<'py> {

@@ -8,7 +8,7 @@ use std::sync::Arc;
 use halfline::Error;
 use halfline::error::Result;
 use halfline::geometry::NO_FACE;
-use halfline::io::AtomicFile;
+use halfline::storage::AtomicFile;
 use halfline_render::{Plan, RenderSettings, Rows, assemble, write_png};
 use numpy::{PyArray1, PyReadonlyArrayDyn};
 use pyo3::exceptions::PyValueError;

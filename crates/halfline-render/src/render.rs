@@ -32,8 +32,8 @@ mod tests {
     use crate::tile;
     use halfline::geometry::{Hit, Ray};
     use halfline::mesh::Material;
-    use halfline::mesh::generate::{Kind, generate};
     use halfline::progress::NoProgress;
+    use halfline_io::models::{Kind, generate};
 
     /// Answers by brute force.
     struct Judge<'a>(&'a halfline::Mesh);

@@ -40,7 +40,7 @@ fn main() -> halfline::error::Result<()> {
         return Ok(());
     };
     let rounds = arguments.get(1).and_then(|n| n.parse().ok()).unwrap_or(15);
-    let scene = Scene::new(halfline::io::load(Path::new(file), &NoProgress)?)?;
+    let scene = Scene::new(halfline_io::load(Path::new(file), &NoProgress)?)?;
 
     let mut state = 1u64;
     let mut random = || {

@@ -25,7 +25,7 @@ fn main() -> halfline::error::Result<()> {
     }
 
     let start = Instant::now();
-    let mesh = halfline::io::load(Path::new(file), &NoProgress)?;
+    let mesh = halfline_io::load(Path::new(file), &NoProgress)?;
     println!("load   {:.3} s, {} triangles", start.elapsed().as_secs_f64(), mesh.triangle_count());
     let scene = Scene::builder(mesh).parameters(parameters).observer(&NoProgress).build()?;
     println!("build  {:.3} s", scene.build_time().as_secs_f64());

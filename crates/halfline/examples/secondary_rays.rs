@@ -46,7 +46,7 @@ fn run() -> halfline::error::Result<usize> {
             std::process::exit(2);
         }
     };
-    let scene = Scene::new(halfline::io::load(Path::new(file), &NoProgress)?)?;
+    let scene = Scene::new(halfline_io::load(Path::new(file), &NoProgress)?)?;
     println!("{file}: {} triangles", scene.mesh().triangle_count());
     let counts = count(&scene, wanted)?;
     println!("secondary rays                     {:>12}", counts.rays);

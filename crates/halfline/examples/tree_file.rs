@@ -41,7 +41,7 @@ fn main() -> Result<(), halfline::Error> {
     };
 
     let start = Instant::now();
-    let mesh = halfline::io::load(Path::new(&path), &NoProgress)?;
+    let mesh = halfline_io::load(Path::new(&path), &NoProgress)?;
     timed("load the mesh", start);
     let start = Instant::now();
     let scene = Scene::new(mesh)?;

@@ -1,7 +1,7 @@
 //! halfline casts half-lines (rays) at triangle meshes of any size through a kd-tree.
 //!
-//! A [`Mesh`] holds the user's vertices and triangles, made in code, [read from a file](io::load)
-//! or [generated](mesh::generate). A [`Scene`] is a mesh with the tree over it, built once. It
+//! A [`Mesh`] holds the user's vertices and triangles; the crate `halfline-io` reads them from files,
+//! and generates some. A [`Scene`] is a mesh with the tree over it, built once. It
 //! answers batches of rays on all threads, and the answer does not depend on how many there are.
 //!
 //! ```
@@ -40,8 +40,8 @@
 //! the same answers are there to judge the engine by, and to be read: [`brute_force`] and the
 //! lecture's kd-tree, [`textbook`].
 //!
-//! [`topology`] tells whether a mesh is closed, and what it suffers from; [`leaks`] casts rays at the
-//! vertices and edges of a closed one, where each must hit.
+//! The crate `halfline-check` tells whether a mesh is closed, and what it suffers from, and casts rays
+//! at the vertices and edges of a closed one, where each must hit.
 //!
 //! Long work reports to a [`progress::Observer`], which may end it. All errors are [`Error`]s,
 //! whose one line names the file or argument, the place and the reason.
@@ -53,17 +53,14 @@ pub mod error;
 pub mod explain;
 pub mod geometry;
 mod intersect;
-pub mod io;
-pub mod leaks;
-pub mod map;
 pub mod mesh;
 pub mod numeric;
 pub mod progress;
 mod rays;
 pub mod scene;
 pub mod simd;
+pub mod storage;
 pub mod textbook;
-pub mod topology;
 mod traverse;
 pub mod tree;
 

@@ -44,7 +44,7 @@ pub struct NoProgress;
 
 impl Observer for NoProgress {}
 
-/// How far one stage is, when several threads work on it.
+/// How far one stage is, when several threads work on it: a sum of finished units that each adds to.
 pub struct SharedProgress<'a> {
     observer: &'a dyn Observer,
     stage: Stage,
@@ -58,7 +58,8 @@ impl SharedProgress<'_> {
         SharedProgress { observer, stage, done: AtomicU64::new(0), total: total as u64 }
     }
 
-    /// Reports that so many more units are done; `Err(Error::Interrupted)` if the work should end.
+    /// Reports that so many more units are done; `Err(Error::Interrupted)` if the work should end. To
+    /// be called every few milliseconds.
     pub fn advance(&self, units: usize) -> Result<()> {
         let done = self.done.fetch_add(units as u64, Ordering::Relaxed) + units as u64;
         self.observer.report(self.stage, done.min(self.total), self.total);
@@ -70,8 +71,32 @@ impl SharedProgress<'_> {
         self.observer.check()
     }
 
-    /// Reports that all is done.
+    /// Reports that all is done, units that needed no work included.
     pub fn finish(&self) {
         self.observer.report(self.stage, self.total, self.total);
+    }
+}
+
+/// Shows one step of a stage to its observer as a part of the whole, so that the whole does not
+/// start again from zero when the next step begins.
+pub struct Part<'a> {
+    /// Is told of the whole.
+    pub observer: &'a dyn Observer,
+    /// Units of the whole that were done before this step.
+    pub before: u64,
+    /// Units of the whole that this step amounts to.
+    pub share: u64,
+    /// Units of the whole.
+    pub total: u64,
+}
+
+impl Observer for Part<'_> {
+    fn report(&self, stage: Stage, done: u64, total: u64) {
+        let share = u128::from(self.share) * u128::from(done) / u128::from(total.max(1));
+        self.observer.report(stage, self.before + share as u64, self.total);
+    }
+
+    fn cancelled(&self) -> bool {
+        self.observer.cancelled()
     }
 }

@@ -4,9 +4,9 @@ mod common;
 
 use common::{Random, check_structure, soup};
 use halfline::builder::{BuildParameters, Preset};
-use halfline::mesh::generate::{Kind, generate};
 use halfline::progress::NoProgress;
 use halfline::{Ray, Scene, Vec3, brute_force};
+use halfline_io::models::{Kind, generate};
 use peak_alloc::PeakAlloc;
 
 #[global_allocator]

@@ -7,10 +7,10 @@ use common::exact::{Point, Q, cross, dot, exact, minus};
 use common::proof::{Share, report};
 use common::{Random, grid_cube, meshes, soup, sphere};
 use halfline::geometry::NO_FACE;
-use halfline::mesh::generate::{Kind, generate};
 use halfline::numeric::{PreparedRay, SurfacePoint};
 use halfline::progress::NoProgress;
 use halfline::{Hit, Mesh, Ray, Scene, Vec3};
+use halfline_io::models::{Kind, generate};
 use num_traits::Signed;
 
 /// The vector of length one, for vectors of any length but zero.

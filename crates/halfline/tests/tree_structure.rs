@@ -7,10 +7,10 @@ use common::{check_structure, meshes, soup};
 use halfline::builder::{BuildParameters, Preset};
 use halfline::error::Error;
 use halfline::mesh::Positions;
-use halfline::mesh::generate::{Kind, generate};
 use halfline::progress::{NoProgress, Observer};
 use halfline::tree::Tree;
 use halfline::{Mesh, Ray, Scene, Vec3};
+use halfline_io::models::{Kind, generate};
 
 #[test]
 fn trees_are_what_they_should_be() {

@@ -3,10 +3,10 @@
 use std::path::PathBuf;
 
 use clap::Args;
-use halfline::leaks::{self, Example, LeakReport};
 use halfline::progress::Stage;
-use halfline::topology::{self, Facing, Found, Target, Topology};
 use halfline::{Error, Mesh, Vec3};
+use halfline_check::topology::{self, Facing, Found, Target, Topology};
+use halfline_check::watertight::{self, Example, LeakReport};
 use serde_json::{Value, json};
 
 use crate::failure::Failure;
@@ -62,9 +62,9 @@ pub fn run(options: &Options, session: Session) -> Result<(), Failure> {
     let mesh = scene.mesh();
     let (topology, examine_seconds) = session
         .timed(Stage::Examine, |observer| scene.guarded(|| topology::examine(mesh, observer)))?;
-    let leak_options = leaks::Options { rays: options.rays, seed: options.seed };
+    let leak_options = watertight::Options { rays: options.rays, seed: options.seed };
     let (report, _) = session.timed(Stage::Trace, |observer| {
-        scene.guarded(|| leaks::aim(scene, &topology, &leak_options, observer))
+        scene.guarded(|| watertight::aim(scene, &topology, &leak_options, observer))
     })?;
 
     let findings = Findings { mesh, topology: &topology, report: &report };

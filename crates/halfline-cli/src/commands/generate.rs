@@ -5,8 +5,8 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use halfline::geometry::Vec3;
-use halfline::mesh::generate::{self, Kind, View};
 use halfline::progress::Stage;
+use halfline_io::models::{self, Kind, View};
 use serde_json::{Value, json};
 
 use crate::failure::Failure;
@@ -51,14 +51,14 @@ fn kind_parser() -> impl TypedValueParser<Value = Kind> {
 pub fn run(options: &Options, session: Session) -> Result<(), Failure> {
     output::check(&options.output, &[])?;
     let (mesh, generate_seconds) = session.timed_as(Stage::Load, "generate", |observer| {
-        generate::generate(options.kind, options.triangles, options.seed, observer)
+        models::generate(options.kind, options.triangles, options.seed, observer)
     })?;
     let ((), write_seconds) = session
-        .timed(Stage::Write, |observer| halfline::io::save_ply(&mesh, &options.output, observer))?;
+        .timed(Stage::Write, |observer| halfline_io::save_ply(&mesh, &options.output, observer))?;
 
     let file_bytes = options.output.metadata().map(|metadata| metadata.len()).ok();
     let (triangles, vertices) = (mesh.triangle_count() as u64, mesh.positions().len() as u64);
-    let view = generate::suggested_view(options.kind);
+    let view = models::suggested_view(options.kind);
     let mut figures = Figures::new();
     let mut tell = |name: &str, value| figures.insert(name.into(), value);
     tell("kind", json!(options.kind.name()));

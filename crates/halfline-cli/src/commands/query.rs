@@ -7,7 +7,7 @@ use clap::{Args, ValueEnum};
 use halfline::explain::TRAVERSAL_COST;
 use halfline::geometry::{Hit, Ray};
 use halfline::mesh::Mesh;
-use halfline::progress::{Observer, Stage};
+use halfline::progress::{Observer, Part, Stage};
 use halfline::scene::AllHits;
 use halfline::textbook::{KdTree, SurfaceArea, Termination};
 use serde_json::json;
@@ -161,7 +161,8 @@ impl Run<'_> {
                 break;
             }
             invalid_rays += batch.iter().filter(|ray| !ray.is_valid()).count() as u64;
-            let observer = Part { whole: self.session.observer(), first, total: ray_count };
+            let (observer, share) = (self.session.observer(), batch.len() as u64);
+            let observer = Part { observer, before: first, share, total: ray_count };
             let start = Instant::now();
             answers.extend(engine, &batch, &observer)?;
             trace_seconds += start.elapsed().as_secs_f64();
@@ -329,23 +330,4 @@ fn write_hits(
     archive.add("face", hits.iter().map(|hit| [index(hit, |_, face| face)]))?;
     archive.add("source_face", hits.iter().map(|hit| [index(hit, Mesh::source_face)]))?;
     archive.add("uv", hits.iter().map(|hit| [hit.u, hit.v]))
-}
-
-/// Hears of a batch, and tells of the whole that it is a part of.
-struct Part<'a> {
-    whole: &'a dyn Observer,
-    /// Rays before this batch.
-    first: u64,
-    /// Rays in all batches.
-    total: u64,
-}
-
-impl Observer for Part<'_> {
-    fn report(&self, stage: Stage, done: u64, _total: u64) {
-        self.whole.report(stage, self.first + done, self.total);
-    }
-
-    fn cancelled(&self) -> bool {
-        self.whole.cancelled()
-    }
 }

@@ -8,8 +8,8 @@ use anstyle::Style;
 use clap::Args;
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use halfline::Error;
-use halfline::mesh::generate::Kind;
 use halfline::progress::Stage;
+use halfline_io::models::Kind;
 use halfline_lecture::study::{self, Budget, Family, Origin, Settings, Study};
 use serde_json::{Value, json};
 

@@ -22,7 +22,7 @@ fn help_and_version_go_to_stdout() {
 #[test]
 fn the_help_lists_every_kind_of_mesh_with_a_line() {
     let help = Bench::new().run("generate --help").stdout;
-    for kind in halfline::mesh::generate::Kind::ALL {
+    for kind in halfline_io::models::Kind::ALL {
         let line = help.lines().find(|line| line.contains(&format!("- {}:", kind.name())));
         assert!(line.is_some_and(|line| line.contains(kind.description())), "{kind:?} in {help}");
     }

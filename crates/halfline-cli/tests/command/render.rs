@@ -132,7 +132,7 @@ fn the_same_seed_generates_the_same_file() {
 #[test]
 fn every_kind_is_generated_and_its_hint_renders() {
     let bench = Bench::new();
-    for kind in halfline::mesh::generate::Kind::ALL {
+    for kind in halfline_io::models::Kind::ALL {
         let name = kind.name();
         let outcome = bench.run(&format!("generate {name} -n 2000 -o {name}.ply"));
         let hint = outcome.succeeded().stdout.lines().last().unwrap().trim();

@@ -4,8 +4,8 @@ use std::sync::Arc;
 
 use halfline::Mesh;
 use halfline::error::Result;
-use halfline::mesh::generate::{self, Kind};
 use halfline::progress::Observer;
+use halfline_io::models::{self, Kind};
 
 use super::resolution::{sampled, subdivided};
 
@@ -92,11 +92,11 @@ impl Family {
     /// Its mesh of about `triangles` triangles.
     ///
     /// # Errors
-    /// Those of [`generate::generate`].
+    /// Those of [`models::generate`].
     pub fn mesh(&self, triangles: usize, observer: &dyn Observer) -> Result<Arc<Mesh>> {
         let (mesh, own) = match self {
             Family::Generated(kind) => {
-                return Ok(Arc::new(generate::generate(*kind, triangles, 0, observer)?));
+                return Ok(Arc::new(models::generate(*kind, triangles, 0, observer)?));
             }
             Family::Own { mesh, .. } => (mesh, mesh.triangle_count()),
         };

@@ -227,7 +227,7 @@ fn least(f: impl Fn(f64) -> f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use halfline::mesh::generate::random::Random;
+    use halfline::geometry::random::Random;
 
     /// A law at half decades, with noise of the given size.
     fn measured(curve: impl Fn(f64) -> f64, noise: f64, seed: u64) -> Vec<(f64, f64)> {

@@ -160,7 +160,7 @@ pub struct FamilyStudy {
 /// Studies on one thread; only meshes are made on all.
 ///
 /// # Errors
-/// [`Error::Interrupted`]; those of [`generate`](halfline::mesh::generate::generate); and
+/// [`Error::Interrupted`]; those of [`generate`](halfline_io::models::generate); and
 /// [`Error::Invalid`] if engines do not agree, or a mesh has no extent.
 pub fn study(settings: &Settings, observer: &dyn Observer) -> Result<Study> {
     for family in &settings.families {

@@ -1,7 +1,7 @@
 //! Chords: the rays that every engine is asked about.
 
+use halfline::geometry::random::Random;
 use halfline::geometry::{Aabb, Ray, vec3};
-use halfline::mesh::generate::random::Random;
 
 /// The same rays for the same box, whatever else is measured.
 const SEED: u64 = 1;

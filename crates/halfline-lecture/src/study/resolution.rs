@@ -2,8 +2,8 @@
 
 use halfline::Mesh;
 use halfline::error::Result;
+use halfline::geometry::random::Random;
 use halfline::mesh::Positions;
-use halfline::mesh::generate::random::Random;
 use halfline::progress::Observer;
 
 /// The same faces are drawn every time.

@@ -182,8 +182,8 @@ mod tests {
     use std::io::Cursor;
 
     use halfline::Scene;
-    use halfline::mesh::generate::{Kind, generate};
     use halfline::progress::NoProgress;
+    use halfline_io::models::{Kind, generate};
 
     use super::*;
     use crate::{Plan, RenderSettings, Shading, assemble};

@@ -95,7 +95,7 @@ pub fn sort_into_cells<'slots>(
     // Find each face's cell.
     let grid = Grid::over(mesh);
     let mut cell_of_face: Vec<u32> = bytemuck::allocation::zeroed_vec(mesh.triangle_count());
-    crate::map::advise_huge_pages(&mut cell_of_face);
+    crate::storage::advise_huge_pages(&mut cell_of_face);
     let skipped: Vec<Skipped> = cell_of_face
         .par_chunks_mut(CHUNK)
         .enumerate()

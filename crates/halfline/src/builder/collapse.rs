@@ -13,9 +13,9 @@
 
 use super::node::{BinaryNode, BinaryNodeKind, Children};
 use crate::error::Result;
-use crate::map::Buffer;
 use crate::progress::Observer;
 use crate::simd::LANES;
+use crate::storage::Buffer;
 use crate::tree::{Node, NodeRef};
 
 /// `[i]`: what it costs to hang what lies below a node under at most `i + 1` roots.
@@ -102,7 +102,7 @@ pub fn collapse(
 
     // Now that their number is known, move them to where huge pages can back all of them.
     let mut moved = Vec::with_capacity(nodes.len());
-    crate::map::advise_huge_pages(moved.spare_capacity_mut());
+    crate::storage::advise_huge_pages(moved.spare_capacity_mut());
     moved.append(&mut nodes);
     Ok(Collapsed { root: NodeRef::node(0), nodes: moved.into(), max_stack_size })
 }

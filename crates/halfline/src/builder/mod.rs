@@ -41,14 +41,32 @@ pub(crate) use subdivide::build;
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::mesh::generate::{Kind, generate};
+    use crate::geometry::Vec3;
+    use crate::geometry::random::Random;
+    use crate::mesh::{Mesh, Positions};
     use crate::progress::NoProgress;
     use crate::simd::Level;
+
+    /// Triangles in random places of a cube, most of them small and some as large as the cube, so that
+    /// planes cut many of them.
+    fn soup(triangles: usize) -> Mesh {
+        let mut random = Random::new(1, 0);
+        let mut point = |center: Vec3, size: f64| center + random.direction() * size;
+        let mut positions = Vec::with_capacity(3 * triangles);
+        for i in 0..triangles {
+            let center = point(Vec3::ZERO, (i % 97) as f64 / 97.0);
+            let size = 0.5_f64.powi((i % 11) as i32);
+            positions.extend([(); 3].map(|()| point(center, size).to_array().map(|x| x as f32)));
+        }
+        let corner = |i: usize| 3 * i as u32;
+        let faces = (0..triangles).map(corner).map(|c| [c, c + 1, c + 2]).collect();
+        Mesh::new(Positions::F32(positions.into()), faces).expect("a valid mesh")
+    }
 
     /// Minima, counts and costs are computed by the same operations in each.
     #[test]
     fn every_instruction_set_builds_the_same_tree() {
-        let mesh = generate(Kind::Hall, 20_000, 1, &NoProgress).expect("generates");
+        let mesh = soup(20_000);
         for preset in Preset::ALL {
             let parameters = BuildParameters::preset(preset);
             let trees: Vec<_> = Level::available()

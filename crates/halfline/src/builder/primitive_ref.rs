@@ -70,7 +70,7 @@ impl ReferenceBuffer {
         const LINE: usize = 64;
         let mut halves: Vec<Half> =
             bytemuck::allocation::zeroed_vec(2 * count + LINE / size_of::<Half>());
-        crate::map::advise_huge_pages(&mut halves);
+        crate::storage::advise_huge_pages(&mut halves);
         let skipped = halves.as_ptr().align_offset(LINE);
         ReferenceBuffer { halves, skipped, count }
     }

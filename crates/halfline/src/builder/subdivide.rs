@@ -15,11 +15,11 @@ use super::simd_bounds::{PrimitiveBounds, SimdBounds};
 use super::spatial_split::{SpatialSplit, blocks, cheapest_plane};
 use crate::error::{Error, Result};
 use crate::geometry::NO_FACE;
-use crate::map::advise_huge_pages;
 use crate::mesh::Mesh;
 use crate::numeric::Frame;
 use crate::progress::{Observer, Stage};
 use crate::simd::Level;
+use crate::storage::advise_huge_pages;
 use crate::tree::{
     BLOCK_SIZE, Bounds, BuildParameters, CollinearFaces, LeafBlocks, LeafFaces, MAX_STACK_SIZE,
     Tree,

@@ -1,7 +1,8 @@
-//! Plain values: points and vectors, rays, boxes, hits, transforms.
+//! Plain values: points and vectors, rays, boxes, hits, transforms; and random ones.
 
 mod aabb;
 mod hit;
+pub mod random;
 mod ray;
 mod transform;
 mod vec3;

@@ -87,6 +87,12 @@ impl Vec3 {
         self.x.is_finite() && self.y.is_finite() && self.z.is_finite()
     }
 
+    /// Where the point lies, to be compared and hashed: equal for equal coordinates, both zeros being
+    /// one, and each NaN itself; in some order.
+    pub fn place_key(self) -> [u64; 3] {
+        self.to_array().map(|c| if c == 0.0 { 0 } else { c.to_bits() })
+    }
+
     /// The coordinates as an array.
     pub const fn to_array(self) -> [f64; 3] {
         [self.x, self.y, self.z]

@@ -1,15 +1,10 @@
 //! Triangle meshes: the user's coordinates and faces, untouched and in the user's order.
 
-mod ear_clipping;
-pub mod generate;
 mod material;
-mod reflex_grid;
 mod srgb;
-mod triangulate;
 
 pub use material::Material;
 pub use srgb::{linear_from_srgb, srgb_from_linear};
-pub use triangulate::{Triangulator, triangulate};
 
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -17,7 +12,7 @@ use rayon::prelude::*;
 
 use crate::error::{Error, Result};
 use crate::geometry::{Aabb, Vec3};
-use crate::map::Buffer;
+use crate::storage::Buffer;
 
 /// Triangles or vertices that a thread goes through at a time.
 const CHUNK: usize = 1 << 14;

@@ -4,9 +4,9 @@
 //! the edge belongs to the closed triangle. What tells it from an edge of a closed surface, which a
 //! ray may touch without passing through, is the number of triangles that have it: odd, or even.
 //!
-//! Edges are the same if their ends lie at the same place, exactly. As in
-//! [`topology`](crate::topology), all triangles with three distinct finite corners have edges: one
-//! whose corners lie on one line may close the gap between a long edge and two short ones.
+//! Edges are the same if their ends lie at the same place, exactly. As in the topology that the crate
+//! `halfline-check` finds, all triangles with three distinct finite corners have edges: one whose corners
+//! lie on one line may close the gap between a long edge and two short ones.
 
 use super::ray_triangle::{PreparedRay, Touched};
 use crate::geometry::{Hit, Vec3};
@@ -94,7 +94,7 @@ fn is_any_on_border(
     let mut parts: Vec<[Place; 2]> = touches
         .iter()
         .filter_map(|touch| ends_of(corners_of(touch.face), touch.touched))
-        .map(|[p, q]| [place(p), place(q)])
+        .map(|[p, q]| [p.place_key(), q.place_key()])
         .map(|[p, q]| if p <= q { [p, q] } else { [q, p] })
         .collect();
     parts.sort_unstable();
@@ -105,12 +105,8 @@ fn is_any_on_border(
     })
 }
 
-/// Where a point lies: equal if the coordinates are, both zeros being one, and in some order.
+/// Where a point lies, as [`Vec3::place_key`] tells.
 type Place = [u64; 3];
-
-fn place(point: Vec3) -> Place {
-    point.to_array().map(|x| if x == 0.0 { 0 } else { x.to_bits() })
-}
 
 fn point(place: Place) -> Vec3 {
     Vec3::from(place.map(f64::from_bits))
@@ -125,7 +121,7 @@ fn opposite_ends<'a>(
         if !has_edges(*corners) {
             return None;
         }
-        let places = corners.map(place);
+        let places = corners.map(Vec3::place_key);
         let i = places.iter().position(|&p| p == corner)?;
         Some([places[(i + 1) % 3], places[(i + 2) % 3]])
     })
@@ -166,7 +162,7 @@ mod tests {
     }
 
     fn edge(p: Vec3, q: Vec3, triangles: &[[Vec3; 3]]) -> bool {
-        is_border_edge([place(p), place(q)], triangles)
+        is_border_edge([p.place_key(), q.place_key()], triangles)
     }
 
     #[test]
@@ -180,12 +176,12 @@ mod tests {
 
     #[test]
     fn vertices_are_of_the_border_if_an_edge_is() {
-        assert!(is_border_vertex(place(HUB), &quarters(3)));
-        assert!(!is_border_vertex(place(HUB), &quarters(4)));
-        assert!(is_border_vertex(place(rim(1)), &quarters(4)));
+        assert!(is_border_vertex(HUB.place_key(), &quarters(3)));
+        assert!(!is_border_vertex(HUB.place_key(), &quarters(4)));
+        assert!(is_border_vertex(rim(1).place_key(), &quarters(4)));
         // Twice over, nothing is left of the border.
         let twice = [quarters(3), quarters(3)].concat();
-        assert!(!is_border_vertex(place(HUB), &twice));
+        assert!(!is_border_vertex(HUB.place_key(), &twice));
     }
 
     #[test]
@@ -205,7 +201,7 @@ mod tests {
         assert!(negative.x.is_sign_negative());
         let mut four = quarters(4);
         four[2][0] = negative;
-        assert!(!is_border_vertex(place(HUB), &four));
+        assert!(!is_border_vertex(HUB.place_key(), &four));
         assert!(!edge(negative, rim(2), &four));
     }
 }

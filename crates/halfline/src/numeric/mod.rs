@@ -47,7 +47,7 @@ pub use ray_triangle::{
 pub use surface_point::SurfacePoint;
 
 pub(crate) use border::{Touch, complete_hits, has_edges};
-pub(crate) use double_double::UNIT_ROUNDOFF;
+pub use double_double::UNIT_ROUNDOFF;
 pub(crate) use frame::{FRAME_ERROR, round_down, round_up};
 pub(crate) use power_of_two::{exponent_of, scale_vector, two_powers};
 pub(crate) use ray_triangle::is_nearer;

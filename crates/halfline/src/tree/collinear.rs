@@ -5,8 +5,8 @@ use rayon::prelude::*;
 use twox_hash::XxHash3_64;
 
 use crate::geometry::Vec3;
-use crate::map::Buffer;
 use crate::mesh::Mesh;
+use crate::storage::Buffer;
 
 /// A corner of such a face.
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
@@ -70,6 +70,5 @@ impl CollinearFaces {
 
 /// Equal for equal coordinates, both zeros being one: XXH3 of their bits, little endian. Files hold it.
 fn hash(point: Vec3) -> u64 {
-    let bits = |x: f64| if x == 0.0 { 0 } else { x.to_bits() };
-    XxHash3_64::oneshot(bytemuck::bytes_of(&point.to_array().map(|x| bits(x).to_le())))
+    XxHash3_64::oneshot(bytemuck::bytes_of(&point.place_key().map(u64::to_le)))
 }

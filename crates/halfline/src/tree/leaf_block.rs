@@ -7,9 +7,9 @@ use rayon::prelude::*;
 
 use super::BLOCK_SIZE;
 use crate::geometry::{NO_FACE, Vec3, vec3};
-use crate::map::Buffer;
 use crate::mesh::Mesh;
 use crate::numeric::Frame;
+use crate::storage::Buffer;
 
 /// Corners of eight triangles, by corner, axis and triangle, in frame coordinates.
 pub type CornerLanes = [[[f32; BLOCK_SIZE]; 3]; 3];
@@ -82,7 +82,7 @@ impl LeafBlocks {
     /// Makes the blocks of leaves.
     pub fn pack(mesh: &Mesh, frame: &Frame, leaves: &[LeafFaces]) -> LeafBlocks {
         let mut blocks = Vec::with_capacity(leaves.len());
-        crate::map::advise_huge_pages(blocks.spare_capacity_mut());
+        crate::storage::advise_huge_pages(blocks.spare_capacity_mut());
         let are_exact = AtomicBool::new(true);
         let pack = |faces: &LeafFaces| {
             let (block, is_exact) = LeafBlock::of(mesh, frame, faces);

@@ -23,8 +23,8 @@ pub use parameters::{BuildParameters, Preset};
 pub use statistics::TreeStatistics;
 
 use crate::geometry::NO_FACE;
-use crate::map::Buffer;
 use crate::numeric::Frame;
+use crate::storage::Buffer;
 
 /// Panics about a tree that no builder made. [`Scene::guarded`](crate::Scene::guarded) makes an error of it.
 #[cold]

@@ -11,11 +11,11 @@ use std::time::{Duration, UNIX_EPOCH};
 
 use common::engines::{bits, build_variants, by_batch, by_engine};
 use common::{Random, meshes, nasty_ray, sphere};
-use halfline::mesh::generate::{Kind, generate};
 use halfline::mesh::{Material, Positions};
 use halfline::progress::{NoProgress, Observer, Stage};
 use halfline::tree::{TreeFile, Verify, is_tree_file};
 use halfline::{Error, Mesh, Ray, Scene, Vec3};
+use halfline_io::models::{Kind, generate};
 
 /// A scene of some thousand triangles that has every array that a mesh can have.
 fn full_scene() -> Scene {
@@ -166,7 +166,7 @@ fn trees_are_known_by_their_first_bytes_or_their_name() {
     assert!(is_tree_file(&at("missing.hlt")));
     assert!(!is_tree_file(&at("missing.ply")));
     // A mesh reader says what to do with one.
-    let error = halfline::io::load(&at("tree.bin"), &NoProgress).unwrap_err().to_string();
+    let error = halfline_io::load(&at("tree.bin"), &NoProgress).unwrap_err().to_string();
     assert!(error.contains("tree.bin") && error.contains("tree"), "{error}");
 }
 

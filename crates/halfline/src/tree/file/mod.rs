@@ -22,7 +22,7 @@ pub use read::{Opened, is_tree_file, open};
 pub use write::write;
 
 use crate::error::{Error, Result};
-use crate::map::MappedFile;
+use crate::storage::MappedFile;
 
 /// Sixteen bytes that tell contents apart: XXH3. It prints as 32 hexadecimal digits.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]

@@ -10,9 +10,9 @@ use super::TreeFile;
 use super::checksums::{checksums_of, content_hash, header_checksum, mesh_hash};
 use super::header::{BYTE_ORDER, Flag, Header, MAGIC, PAGE, Section, VERSION, halves};
 use crate::error::{Error, Result};
-use crate::io::AtomicFile;
 use crate::mesh::{Material, Mesh, Positions};
 use crate::progress::{Observer, SharedProgress, Stage};
+use crate::storage::AtomicFile;
 use crate::tree::{BuildParameters, Tree};
 
 /// Bytes between two looks at the observer.

@@ -1,0 +1,159 @@
+#![doc = include_str!("../README.md")]
+
+mod colors;
+#[cfg(feature = "gltf")]
+pub mod gltf;
+#[cfg_attr(not(feature = "gzip"), path = "gzip_left_out.rs")]
+mod gzip;
+mod lines;
+#[cfg(feature = "models")]
+pub mod models;
+mod mtl;
+pub mod obj;
+pub mod off;
+pub mod ply;
+mod sibling;
+pub mod stl;
+mod text;
+pub mod triangulate;
+mod weld;
+
+#[cfg(all(test, feature = "gzip"))]
+mod tests;
+
+use std::ffi::OsStr;
+use std::path::Path;
+
+pub use ply::save as save_ply;
+
+use halfline::error::{Error, Result};
+use halfline::mesh::Mesh;
+use halfline::progress::{Observer, Part};
+use halfline::storage::Bytes;
+
+/// The formats that can be told apart.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Format {
+    Ply,
+    Stl,
+    Obj,
+    Off,
+    Gltf,
+}
+
+/// What [`load`] reads, for the error about everything else.
+const SUPPORTED: &str = "supported are PLY, STL, OBJ, OFF, glTF and GLB, each also as .gz";
+
+/// Enough of a file to tell its format.
+const START_BYTES: usize = 1024;
+
+/// Reads the mesh in the file at `path`, whose format is known by its content or else by its
+/// extension. Reports [`Stage::Load`](halfline::progress::Stage::Load) in bytes of the file.
+///
+/// # Errors
+/// [`Error::Io`] if the file cannot be read, [`Error::Format`] if it is not what it should be,
+/// [`Error::Interrupted`] if `observer` ends the work.
+pub fn load(path: &Path, observer: &dyn Observer) -> Result<Mesh> {
+    let bytes = Bytes::open(path, observer, &|start| recognise(path, start).map(|_| ()))?;
+    let format = recognise(path, &bytes)?;
+    if !is_gzip(&bytes) {
+        let mesh = read(format, path, &bytes, observer);
+        bytes.check(path)?;
+        return mesh;
+    }
+    // Inflating takes most of the time.
+    let total = bytes.len() as u64;
+    let inflating = Part { observer, before: 0, share: total / 5 * 4, total };
+    let limit = gzip::inflated_limit(bytes.len());
+    let content = gzip::inflate(path, &bytes, &inflating, &|content| match format {
+        Format::Ply => ply::is_complete(content, limit),
+        Format::Stl => stl::is_complete(content),
+        Format::Obj | Format::Off | Format::Gltf => false,
+    })?;
+    let reading = Part { observer, before: inflating.share, share: total - inflating.share, total };
+    read(format, path, &content, &reading)
+}
+
+fn read(format: Format, path: &Path, bytes: &[u8], observer: &dyn Observer) -> Result<Mesh> {
+    match format {
+        Format::Ply => ply::read(path, bytes, observer),
+        Format::Stl => stl::read(path, bytes, observer),
+        Format::Obj => obj::read(path, bytes, observer),
+        Format::Off => off::read(path, bytes, observer),
+        #[cfg(feature = "gltf")]
+        Format::Gltf => gltf::read(path, bytes, observer),
+        #[cfg(not(feature = "gltf"))]
+        Format::Gltf => Err(left_out(path, "gltf")),
+    }
+}
+
+/// The format of the file at `path`, which begins with `bytes`.
+fn recognise(path: &Path, bytes: &[u8]) -> Result<Format> {
+    if bytes.is_empty() {
+        return Err(Error::format(path, "byte 0", "the file is empty"));
+    }
+    let inflated;
+    let (start, name) = if is_gzip(bytes) {
+        inflated = gzip::inflate_start(path, bytes, START_BYTES)?;
+        let name = if extension(path) == "gz" { path.file_stem() } else { path.file_name() };
+        (&inflated[..], name)
+    } else {
+        (bytes, path.file_name())
+    };
+    if start.starts_with(b"\x89HLT") {
+        let reason = "this is not a mesh but a tree: open it as a scene";
+        return Err(Error::format(path, "byte 0", reason));
+    }
+    let format = by_content(start)
+        .or_else(|| by_extension(Path::new(name.unwrap_or_default())))
+        .ok_or_else(|| {
+            Error::format(path, "byte 0", format!("the format is not known; {SUPPORTED}"))
+        })?;
+    #[cfg(not(feature = "gltf"))]
+    if format == Format::Gltf {
+        return Err(left_out(path, "gltf"));
+    }
+    Ok(format)
+}
+
+/// True if `bytes` begin as a gzip stream (RFC 1952) does.
+fn is_gzip(bytes: &[u8]) -> bool {
+    bytes.starts_with(b"\x1f\x8b")
+}
+
+/// The error about a file that needs a feature which this build lacks.
+#[cfg(not(all(feature = "gltf", feature = "gzip")))]
+fn left_out(path: &Path, feature: &str) -> Error {
+    let reason = format!("this build of halfline-io was made without its feature `{feature}`");
+    Error::format(path, "byte 0", reason)
+}
+
+fn by_content(start: &[u8]) -> Option<Format> {
+    if ply::is_ply(start) {
+        Some(Format::Ply)
+    } else if stl::is_stl(start) {
+        Some(Format::Stl)
+    } else if start.starts_with(b"glTF") {
+        Some(Format::Gltf)
+    } else if off::is_off(start) {
+        Some(Format::Off)
+    } else {
+        None
+    }
+}
+
+fn by_extension(name: &Path) -> Option<Format> {
+    match &*extension(name) {
+        "ply" => Some(Format::Ply),
+        "stl" => Some(Format::Stl),
+        "obj" => Some(Format::Obj),
+        "off" => Some(Format::Off),
+        "gltf" | "glb" => Some(Format::Gltf),
+        _ => None,
+    }
+}
+
+/// The extension in lower case.
+fn extension(path: &Path) -> String {
+    path.extension().and_then(OsStr::to_str).unwrap_or_default().to_ascii_lowercase()
+}
