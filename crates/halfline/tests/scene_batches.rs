@@ -80,7 +80,7 @@ fn a_sphere() -> Scene {
 #[test]
 #[should_panic(expected = "a place for the answer of each ray")]
 fn there_cannot_be_fewer_hits_than_rays() {
-    a_sphere().observed(&NoProgress).intersect_into(&RAYS, &mut [Hit::MISS; 2]);
+    a_sphere().observed(&NoProgress).intersect_into(&RAYS, &mut [Hit::MISS; 2]).expect("casts");
 }
 
 #[test]
@@ -88,13 +88,14 @@ fn there_cannot_be_fewer_hits_than_rays() {
 fn there_cannot_be_more_single_hits_than_rays() {
     a_sphere()
         .observed(&NoProgress)
-        .intersect_f32_into(&RAYS.map(|ray| single(&ray)), &mut [HitF32::MISS; 4]);
+        .intersect_f32_into(&RAYS.map(|ray| single(&ray)), &mut [HitF32::MISS; 4])
+        .expect("casts");
 }
 
 #[test]
 #[should_panic(expected = "a place for the answer of each ray")]
 fn there_cannot_be_more_flags_than_rays() {
-    a_sphere().observed(&NoProgress).occluded_into(&RAYS, &mut [false; 4]);
+    a_sphere().observed(&NoProgress).occluded_into(&RAYS, &mut [false; 4]).expect("casts");
 }
 
 /// The pixels of a picture of a sphere, tile by tile of 8 by 8.

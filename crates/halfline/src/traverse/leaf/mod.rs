@@ -8,7 +8,7 @@
 mod decide;
 mod resolve;
 
-use super::query::{Query, Slot};
+use super::query::{Query, QueryKind, Slot};
 use crate::geometry::NO_FACE;
 use crate::intersect::filter_f32::{F32Verdict, test_leaf};
 use crate::numeric::PreparedRay;
@@ -143,7 +143,8 @@ impl<Q: Query> ExactState<Q> {
     /// Takes a face that is hit for certain, where no t is needed.
     #[inline(always)]
     fn accept(&mut self, face: u32, slot: Slot) {
-        self.is_prepared = true;
+        // A ray of which any hit is asked is at its end, and has an answer.
+        self.is_prepared |= Q::KIND == QueryKind::Any;
         self.query.accept(face, slot);
     }
 
