@@ -1,7 +1,7 @@
 //! What one thread needs to ask the world about rays: batch by batch, as the engine likes it.
 
 use halfline::error::Result;
-use halfline::geometry::Ray;
+use halfline::geometry::{Hit, Ray};
 use halfline::progress::Observer;
 use halfline::scene::RayCounters;
 
@@ -48,7 +48,7 @@ impl<'a> Tracer<'a> {
             if surfaces.len() % BATCH == 0 {
                 self.observer.check()?;
             }
-            let hit = caster.closest_counted(ray, counters);
+            let hit = caster.intersect_counted(ray, counters).unwrap_or(Hit::MISS);
             surfaces.push(self.world.surface(ray, hit));
         }
         Ok((surfaces, counters))

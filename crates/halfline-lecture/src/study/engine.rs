@@ -108,14 +108,13 @@ impl Ready<'_> {
     /// number of leaves times the mean number in the leaves that some of the rays come to one by one.
     pub fn count(&self, rays: &[Ray]) -> Option<Visits> {
         let Ready::Fast(scene) = self else { return None };
-        let work = inspect::count_work(&scene, rays, false);
+        let work = inspect::count_work(scene, rays, false);
         let (mut leaves, mut triangles) = (0, 0);
         for ray in rays.iter().take(FILL_RAYS) {
-            let (_, visits) = inspect::record_visits(&scene, ray);
-            for visit in visits.iter().filter(|visit| visit.word.is_leaf()) {
-                let faces = &scene.tree().leaves.blocks[visit.word.index()].faces;
+            let (_, visits) = inspect::record_visits(scene, ray);
+            for visit in visits.iter().filter(|visit| visit.place.is_leaf()) {
                 leaves += 1;
-                triangles += faces.iter().filter(|&&face| face != NO_FACE).count();
+                triangles += scene.tree().faces(visit.place.index()).count();
             }
         }
         let fill = triangles as f64 / f64::from(leaves.max(1));
