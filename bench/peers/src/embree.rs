@@ -8,7 +8,7 @@ use std::path::Path;
 use std::sync::atomic::{AtomicIsize, Ordering::Relaxed};
 
 use halfline::mesh::Positions;
-use halfline::{Mesh, HitF32, RayF32};
+use halfline::{HitF32, Mesh, RayF32};
 use libloading::{Library, Symbol};
 
 use crate::transpose::{FAR, Rows, has_wide_registers, one_by_one, transpose};

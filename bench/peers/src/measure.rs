@@ -3,9 +3,10 @@
 use std::hint::black_box;
 use std::path::Path;
 
-use halfline_io::models::{self, Kind as Shape};
 use halfline::progress::NoProgress;
-use halfline::{Mesh, Ray, Scene, HitF32, RayF32};
+use halfline::scene::inspect;
+use halfline::{HitF32, Mesh, Ray, RayF32, Scene};
+use halfline_io::models::{self, Kind as Shape};
 use serde_json::{Value, json};
 
 use crate::clock::Clock;
@@ -188,7 +189,7 @@ fn cell(kind: &Rays, scene: &Scene, ways: &[Way], clock: Clock, plan: &Plan) -> 
 
 /// What a ray costs whatever the machine.
 fn work(scene: &Scene, rays: &[RayF32], is_any: bool) -> Value {
-    let counts = inspect::count_work(&scene, rays, is_any);
+    let counts = inspect::count_work(scene, rays, is_any);
     let per_ray = |count: u64| count as f64 / counts.rays.max(1) as f64;
     json!({
         "nodes_per_ray": per_ray(counts.nodes),

@@ -1,6 +1,6 @@
 //! The rays: what a renderer or a measurement would send.
 
-use halfline::{Ray, Scene, RayF32, Vec3};
+use halfline::{Ray, RayF32, Scene, Vec3};
 
 /// Pixels along a side of a tile of the picture.
 const TILE: usize = 8;
@@ -39,12 +39,7 @@ fn single(v: Vec3) -> [f32; 3] {
 }
 
 fn ray(origin: Vec3, direction: Vec3, t_max: f64) -> RayF32 {
-    RayF32 {
-        origin: single(origin),
-        t_min: 0.0,
-        direction: single(direction),
-        t_max: t_max as f32,
-    }
+    RayF32 { origin: single(origin), t_min: 0.0, direction: single(direction), t_max: t_max as f32 }
 }
 
 /// All kinds of rays for a scene, at most `most` of each (but a tile of them if that is more).

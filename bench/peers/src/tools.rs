@@ -1,7 +1,7 @@
 //! The tools, each with its tree, and all ways to ask them.
 
 use halfline::progress::NoProgress;
-use halfline::{Mesh, Scene, HitF32, RayF32};
+use halfline::{HitF32, Mesh, RayF32, Scene};
 use rayon::prelude::*;
 use serde_json::{Value, json};
 
@@ -63,8 +63,9 @@ impl Built<'_> {
 
 /// halfline's scene.
 pub fn halfline<'a>(mesh: Mesh, clock: Clock) -> Result<Built<'a>, String> {
-    let (peak, (seconds, scene)) =
-        peak_of(|| clock.time(|| Scene::builder(mesh).observer(&NoProgress).build().map_err(|e| e.to_string())));
+    let (peak, (seconds, scene)) = peak_of(|| {
+        clock.time(|| Scene::builder(mesh).observer(&NoProgress).build().map_err(|e| e.to_string()))
+    });
     let scene = scene?;
     Ok(Built {
         name: "halfline".into(),
@@ -161,8 +162,12 @@ pub fn ways<'a>(tool: &'a Tool) -> Vec<Way<'a>> {
         Tool::Halfline(scene) => vec![Way {
             name: "halfline".into(),
             kind: Kind::Halfline,
-            intersect: Box::new(|rays, hits| scene.observed(&NoProgress).intersect_f32_into(rays, hits)),
-            occluded: Box::new(|rays, flags| scene.observed(&NoProgress).occluded_into(rays, flags)),
+            intersect: Box::new(|rays, hits| {
+                scene.observed(&NoProgress).intersect_f32_into(rays, hits).expect("casts")
+            }),
+            occluded: Box::new(|rays, flags| {
+                scene.observed(&NoProgress).occluded_into(rays, flags).expect("casts")
+            }),
         }],
         Tool::Embree { scene, quality, is_robust } => ALL_PACKETS
             .map(|packets| Way {

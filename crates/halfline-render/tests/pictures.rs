@@ -249,7 +249,7 @@ fn layers_are_those_of_the_ray_through_the_pixel_s_middle() {
         for y in 0..64_usize {
             for x in 0..64_usize {
                 let ray = camera.ray(x as f64 + 0.5, y as f64 + 0.5);
-                let hit = scene.caster().intersect(&ray).unwrap_or(Hit::MISS);
+                let hit = scene.caster().intersect(&ray).unwrap_or(halfline::Hit::MISS);
                 let i = y * 64 + x;
                 assert_eq!(picture.face[i], hit.face);
                 if hit.is_hit() {

@@ -4,9 +4,10 @@ use std::sync::Arc;
 
 use halfline::error::Result;
 use halfline::explain::TRAVERSAL_COST;
-use halfline::geometry::{Hit, NO_FACE, Ray};
+use halfline::geometry::{Hit, Ray};
 use halfline::progress::Observer;
 use halfline::textbook::{self, Node, Visits};
+use halfline::scene::inspect;
 use halfline::{Mesh, Scene, brute_force};
 
 /// A way to find closest hits.
