@@ -6,8 +6,8 @@ use halfline::error::Result;
 use halfline::explain::TRAVERSAL_COST;
 use halfline::geometry::{Hit, Ray};
 use halfline::progress::Observer;
-use halfline::textbook::{self, Node, Visits};
 use halfline::scene::inspect;
+use halfline::textbook::{self, Node, Visits};
 use halfline::{Mesh, Scene, brute_force};
 
 /// A way to find closest hits.

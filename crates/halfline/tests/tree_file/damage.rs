@@ -26,12 +26,12 @@ pub fn ask_everything(scene: &Scene, step: usize) -> usize {
     let eye = vec3(0.3, 0.4, 5.0);
     let towards =
         |i: i32| vec3(f64::from(i % 16) * 0.05 - 0.6, f64::from(i / 16) * 0.05 - 0.6, -5.0);
-    let bundle = (0..512).map(|i| Ray::new(eye, towards(i)));
+    let packet = (0..512).map(|i| Ray::new(eye, towards(i)));
     let around = (0..200).map(|i| {
         let angle = f64::from(i) * 0.7;
         Ray::new(vec3(0.0, 0.0, 0.1), vec3(angle.cos(), angle.sin(), 0.3 * (2.0 * angle).sin()))
     });
-    let all: Vec<Ray> = bundle.chain(around).step_by(step).collect();
+    let all: Vec<Ray> = packet.chain(around).step_by(step).collect();
     let single = |ray: &Ray| RayF32 {
         origin: ray.origin.to_array().map(|x| x as f32),
         t_min: 0.0,

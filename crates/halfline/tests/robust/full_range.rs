@@ -1,10 +1,8 @@
 //! The engine over the whole range of doubles: scenes and rays of sizes that have nothing to do
 //! with each other, and the textbook's tree, against brute force.
 
-mod common;
-
-use common::engines::{by_batch, by_brute_force, by_engine};
-use common::{Random, grid_cube};
+use crate::common::engines::{by_batch, by_brute_force, by_engine};
+use crate::common::{Random, grid_cube};
 use halfline::mesh::Positions;
 use halfline::textbook::{KdTree, Middle, Termination};
 use halfline::{Mesh, Ray, Scene, Vec3};

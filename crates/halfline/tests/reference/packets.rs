@@ -1,15 +1,13 @@
-//! Rays that are alike, which batches cast as bundles: each has the answers that it has alone.
+//! Rays that are alike, which batches cast as packets: each has the answers that it has alone.
 
-mod common;
-
-use common::engines::{bits, by_batch, by_brute_force, by_engine};
-use common::{Random, in_single_precision, meshes, soup, sphere, target};
+use crate::common::engines::{bits, by_batch, by_brute_force, by_engine};
+use crate::common::{Random, in_single_precision, meshes, soup, sphere, target};
 use halfline::builder::BuildParameters;
 use halfline::numeric::PreparedRay;
 use halfline::progress::NoProgress;
 use halfline::{Mesh, Ray, Scene, Vec3};
 
-/// Rays of a bundle, at least and at most.
+/// Rays of a packet, at least and at most.
 const GROUPS: [usize; 2] = [16, 64];
 
 /// Pixels of a picture, a tile of so many by so many after the other, from `eye` at what is around `aim`.
@@ -125,7 +123,7 @@ fn rays_that_are_alike_are_cast_as_if_alone() {
     }
 }
 
-/// A bundle that falls apart, and groups of which only some are alike: the order does not matter.
+/// A packet that falls apart, and groups of which only some are alike: the order does not matter.
 #[test]
 fn the_company_of_a_ray_does_not_matter() {
     let mut random = Random(22);
@@ -179,7 +177,7 @@ fn pictures_show_what_rays_meet_alone() {
 
 /// Coordinates of which single precision has no more than a part.
 #[test]
-fn bundles_know_triangles_from_their_own_corners() {
+fn packets_know_triangles_from_their_own_corners() {
     let mut random = Random(24);
     let far = Vec3::from([500_000.1, 5_400_000.3, 12.7]);
     for (name, mesh) in [("near", sphere(4, Vec3::ZERO, 1.0 / 3.0)), ("far", sphere(4, far, 2.0))] {

@@ -1,15 +1,13 @@
 //! Textbook tree and engine against brute force, which shares no code with them but the triangle
-//! test; the triangle test has a judge of its own in `exact_judge.rs`.
+//! test; the triangle test has a judge of its own in `exact/triangle.rs`.
 
-mod common;
-
-use common::contact::Answers;
-use common::engines::{
+use crate::common::contact::Answers;
+use crate::common::engines::{
     build_variants, by_batch, by_brute_force, by_engine, by_textbook, engine_planes,
     textbook_planes,
 };
-use common::proof::{Share, report};
-use common::{Random, meshes, nasty_ray};
+use crate::common::proof::{Share, report};
+use crate::common::{Random, meshes, nasty_ray};
 use halfline::progress::NoProgress;
 use halfline::textbook::{
     KdTree, Middle, Node, ObjectMedian, SplittingRule, SurfaceArea, Termination,

@@ -1,11 +1,9 @@
 //! What "closed triangles" means for all hits: one at the border of an open surface, and still the
 //! right parity where surfaces are closed.
 
-mod common;
-
-use common::contact::{Answers, Case, Range};
-use common::engines::{build_variants, by_batch, by_brute_force, by_engine, by_textbook};
-use common::{grid_cube, in_single_precision, soup};
+use crate::common::contact::{Answers, Case, Range};
+use crate::common::engines::{build_variants, by_batch, by_brute_force, by_engine, by_textbook};
+use crate::common::{grid_cube, in_single_precision, soup};
 use halfline::mesh::Positions;
 use halfline::progress::NoProgress;
 use halfline::textbook::{KdTree, Middle, Termination};
@@ -22,7 +20,7 @@ fn mesh(triangles: &[Triangle]) -> Mesh {
 fn answers(mesh: &Mesh, rays: &[Ray]) -> Vec<Answers> {
     let expected: Vec<Answers> = rays.iter().map(|ray| by_brute_force(mesh, ray)).collect();
     for (ray, answers) in rays.iter().zip(&expected) {
-        let contacts = common::exact::contacts(mesh, ray);
+        let contacts = crate::common::exact::contacts(mesh, ray);
         let case = Case::new(*ray, contacts, Range::Fixed(ray.t_min, ray.t_max));
         assert!(answers.are_right(&case.contacts), "{answers:?} for {case:?}");
     }

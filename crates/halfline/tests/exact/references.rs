@@ -1,18 +1,16 @@
 //! The exact judges against each other: integers, rationals, and rays that are really moved.
 
-mod common;
-
-use common::contact::ExactContact;
-use common::exact as rational;
-use common::exact::{Q, crosses, exact, meeting_of_points, nearest_double};
-use common::grid::{aimed_at, fans, needles, plates, soups, stacks};
-use common::integer::nearest_quotient;
+use crate::common::contact::ExactContact;
+use crate::common::exact as rational;
+use crate::common::exact::{Q, crosses, exact, meeting_of_points, nearest_double};
+use crate::common::grid::{aimed_at, fans, needles, plates, soups, stacks};
+use crate::common::integer::nearest_quotient;
 use num_rational::BigRational;
 use num_traits::Signed;
 use proptest::prelude::*;
 
-fn any_faces() -> impl Strategy<Value = Vec<[common::integer::Point; 3]>> {
-    let few = |faces: Vec<[common::integer::Point; 3]>| faces.into_iter().take(12).collect();
+fn any_faces() -> impl Strategy<Value = Vec<[crate::common::integer::Point; 3]>> {
+    let few = |faces: Vec<[crate::common::integer::Point; 3]>| faces.into_iter().take(12).collect();
     prop_oneof![soups(), plates(), fans(), stacks(), needles()].prop_map(few)
 }
 
@@ -36,7 +34,7 @@ proptest! {
         let mesh = grid.to_mesh();
         for aim in aims.iter().take(4) {
             let line = aim.line(&grid.faces);
-            let ray = grid.to_ray(&common::integer::GridLine { speed: 0, ..line });
+            let ray = grid.to_ray(&crate::common::integer::GridLine { speed: 0, ..line });
             let e = Q::from_float(2f64.powi(-300)).expect("finite");
             let [x, y, z] = exact(ray.origin);
             let origin = [x + &e, y + &e * &e, z + &e * &e * &e];
@@ -87,14 +85,14 @@ fn quotients_halfway_between_two_doubles_go_to_the_even_one() {
 #[test]
 fn a_ray_on_a_diagonal_touches_both_triangles_and_crosses_one() {
     let corner = |x: i128, y: i128| [4 * x, 4 * y, 0];
-    let grid = common::integer::GridMesh {
+    let grid = crate::common::integer::GridMesh {
         faces: vec![
             [corner(0, 0), corner(1, 0), corner(1, 1)],
             [corner(0, 0), corner(1, 1), corner(0, 1)],
         ],
         unit: -2,
     };
-    let down = common::integer::GridLine {
+    let down = crate::common::integer::GridLine {
         origin: [1, 1, 8],
         direction: [0, 0, -1],
         speed: 1,
@@ -107,14 +105,15 @@ fn a_ray_on_a_diagonal_touches_both_triangles_and_crosses_one() {
     };
     let expected = vec![touch(0, true, 0.0, 0.25), touch(1, false, 0.25, 0.0)];
     assert_eq!(grid.contacts(&down), expected);
-    let along = common::integer::GridLine { origin: [-4, 0, 0], direction: [1, 0, 0], ..down };
+    let along =
+        crate::common::integer::GridLine { origin: [-4, 0, 0], direction: [1, 0, 0], ..down };
     assert_eq!(grid.contacts(&along), Vec::new());
     // In the middle of the open side on the right, and at the corner where the sides on the right
     // and at the front meet, the ray is moved off the square.
     for (origin, u, v) in [([4, 2, 8], 0.5, 0.5), ([4, 0, 8], 1.0, 0.0)] {
-        let found = grid.contacts(&common::integer::GridLine { origin, ..down });
+        let found = grid.contacts(&crate::common::integer::GridLine { origin, ..down });
         assert_eq!(found, [ExactContact { is_on_border: true, ..touch(0, false, u, v) }]);
-        let ray = grid.to_ray(&common::integer::GridLine { origin, ..down });
+        let ray = grid.to_ray(&crate::common::integer::GridLine { origin, ..down });
         assert_eq!(rational::contacts(&grid.to_mesh(), &ray), found);
     }
 }

@@ -1,12 +1,10 @@
 //! What must not change the answers: powers of two, translations, precision, the order of faces.
 
-mod common;
-
-use common::contact::{Answers, Case};
-use common::engines::{build_variants, by_brute_force, by_engine, engine_planes};
-use common::grid::{LINES, aimed_at, judged, plates, soups, stacks};
-use common::proof::{Share, prove, report};
-use common::{Random, in_double_precision, in_single_precision, meshes, nasty_ray, soup};
+use crate::common::contact::{Answers, Case};
+use crate::common::engines::{build_variants, by_brute_force, by_engine, engine_planes};
+use crate::common::grid::{LINES, aimed_at, judged, plates, soups, stacks};
+use crate::common::proof::{Share, prove, report};
+use crate::common::{Random, in_double_precision, in_single_precision, meshes, nasty_ray, soup};
 use halfline::builder::BuildParameters;
 use halfline::mesh::Positions;
 use halfline::progress::NoProgress;
@@ -115,7 +113,7 @@ fn powers_of_two_change_nothing() {
 
 /// By up to 1e7 times the size, by whole units of the grid, which rounds nothing: so what is known
 /// of the mesh where it lay must hold to the bit. Where a translation rounds coordinates the
-/// rounded ones are the truth, on which `engine_exact.rs` has the judge.
+/// rounded ones are the truth, on which `exact/engines.rs` has the judge.
 #[test]
 fn exact_translations_change_nothing() {
     let offset = prop::array::uniform3(prop_oneof![

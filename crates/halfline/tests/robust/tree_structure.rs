@@ -1,9 +1,7 @@
 //! What the builder promises about every tree.
 
-mod common;
-
-use common::engines::build_variants;
-use common::{check_structure, meshes, soup};
+use crate::common::engines::build_variants;
+use crate::common::{check_structure, meshes, soup};
 use halfline::builder::{BuildParameters, Preset};
 use halfline::error::Error;
 use halfline::mesh::Positions;

@@ -1,11 +1,9 @@
 //! Rays that leave a surface from the origins that the library offers never hit the face they
 //! leave; from the rounded points themselves, a good part does.
 
-mod common;
-
-use common::exact::{Point, Q, cross, dot, exact, minus};
-use common::proof::{Share, report};
-use common::{Random, grid_cube, meshes, soup, sphere};
+use crate::common::exact::{Point, Q, cross, dot, exact, minus};
+use crate::common::proof::{Share, report};
+use crate::common::{Random, grid_cube, meshes, soup, sphere};
 use halfline::geometry::NO_FACE;
 use halfline::numeric::{PreparedRay, SurfacePoint};
 use halfline::progress::NoProgress;

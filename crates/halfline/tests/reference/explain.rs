@@ -1,10 +1,8 @@
 //! Explanations against what they explain: the textbook's own counts, the engine's own counts, and for
 //! misses a minimum that is found by search.
 
-mod common;
-
-use common::engines::textbook_planes;
-use common::{Random, grid_cube, meshes, nasty_ray, soup};
+use crate::common::engines::textbook_planes;
+use crate::common::{Random, grid_cube, meshes, nasty_ray, soup};
 use halfline::explain::{
     Case, Cells, Content, Edge, Explanation, Rule, Slice, SlicePlane, Step, Verdict, Visit,
 };

@@ -1,10 +1,8 @@
 //! Batches of columns must answer as batches of rows do, to the bit, whatever form the columns have.
 
-mod common;
-
 use std::sync::atomic::{AtomicU64, Ordering};
 
-use common::{Random, nasty_ray, sphere};
+use crate::common::{Random, nasty_ray, sphere};
 use halfline::progress::{NoProgress, Observer, Stage};
 use halfline::scene::{Column, HitColumns, RayColumns, Scalars, Vectors};
 use halfline::{Error, Hit, Ray, Scene, Vec3};

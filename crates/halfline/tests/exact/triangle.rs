@@ -1,12 +1,10 @@
 //! The triangle test against exact rational arithmetic that shares no code with it.
 
-mod common;
-
-use common::contact::WEIGHT_TOLERANCE;
-use common::exact::{
+use crate::common::contact::WEIGHT_TOLERANCE;
+use crate::common::exact::{
     cross, crosses, exact, exact_double, is_front, meeting, minus, nearest_double,
 };
-use common::nudge;
+use crate::common::nudge;
 use halfline::numeric::{Interval, Orientation, PreparedRay, is_zero_area};
 use halfline::{Ray, Vec3};
 use num_traits::Zero;

@@ -2,16 +2,14 @@
 //! arithmetic where vertices, planes and rays lie on a coarse grid and coincide, and rational
 //! arithmetic for all other coordinates.
 
-mod common;
-
-use common::contact::{Case, Range};
-use common::engines::check_engines;
-use common::grid::{
+use crate::common::contact::{Case, Range};
+use crate::common::engines::check_engines;
+use crate::common::grid::{
     LINES, aimed_at, fans, judged, needles, plates, range, sides, soups, stacks, tetrahedra,
 };
-use common::integer::{GridLine, GridMesh, Point};
-use common::proof::{Share, prove};
-use common::{exact, grid_cube, nudge, soup};
+use crate::common::integer::{GridLine, GridMesh, Point};
+use crate::common::proof::{Share, prove};
+use crate::common::{exact, grid_cube, nudge, soup};
 use halfline::{Mesh, Ray, Vec3};
 use proptest::prelude::*;
 

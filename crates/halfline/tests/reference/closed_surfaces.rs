@@ -1,14 +1,12 @@
 //! Closed surfaces, which need no judge: a ray from inside hits, and crosses an odd number of
 //! times; from outside the number is even.
 
-mod common;
-
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-use common::grid::{LINES, aimed_at, judged, sides, tetrahedra};
-use common::integer::is_inside;
-use common::proof::{Share, prove, report};
-use common::{Random, grid_cube, in_single_precision, nudge, soup, sphere};
+use crate::common::grid::{LINES, aimed_at, judged, sides, tetrahedra};
+use crate::common::integer::is_inside;
+use crate::common::proof::{Share, prove, report};
+use crate::common::{Random, grid_cube, in_single_precision, nudge, soup, sphere};
 use halfline::simd::Level;
 use halfline::{Mesh, Ray, Scene, Vec3};
 use proptest::prelude::*;
@@ -174,10 +172,10 @@ fn parity_counts_the_tetrahedra_around_a_point() {
                 let crossings = contacts.iter().filter(|c| c.is_crossing && c.t > 0.0).count();
                 let inside = around.into_iter().filter(|&is_inside| is_inside).count();
                 assert_eq!(crossings % 2, inside % 2, "{line:?}");
-                *case = common::contact::Case::new(
+                *case = crate::common::contact::Case::new(
                     grid.to_ray(&line),
                     contacts,
-                    common::contact::Range::HalfLine,
+                    crate::common::contact::Range::HalfLine,
                 );
             }
             (mesh, cases)

@@ -1,10 +1,8 @@
 //! The single-precision filter of the leaves: it may pass over what the exact test misses, and
 //! nothing else.
 
-mod common;
-
-use common::engines::{by_batch, by_engine};
-use common::{Random, meshes, nasty_ray};
+use crate::common::engines::{by_batch, by_engine};
+use crate::common::{Random, meshes, nasty_ray};
 use halfline::builder::BuildParameters;
 use halfline::geometry::NO_FACE;
 use halfline::numeric::{PreparedRay, Touched};
@@ -110,7 +108,7 @@ fn crumbs_are_where_they_are() {
         corners.push([a, b, c]);
         [a, b, c]
     });
-    let mesh = common::soup(crumbs.collect::<Vec<_>>());
+    let mesh = crate::common::soup(crumbs.collect::<Vec<_>>());
     let few_in_a_cell = BuildParameters {
         spatial_split_min_triangles: 8,
         duplication_budget: 8.0,

@@ -1,8 +1,6 @@
 //! What scenes offer for batches: answers into memory that is there, and what they cost.
 
-mod common;
-
-use common::{Random, meshes, nasty_ray, sphere};
+use crate::common::{Random, meshes, nasty_ray, sphere};
 use halfline::progress::NoProgress;
 use halfline::scene::WorkCounts;
 use halfline::scene::inspect;
