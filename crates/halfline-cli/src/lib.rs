@@ -24,8 +24,9 @@ mod source;
 mod table;
 mod temporary;
 mod tree_options;
-mod units;
 mod values;
+
+use halfline_explain::units;
 
 pub use host::{Cluster, Host};
 pub use picture::render_settings;

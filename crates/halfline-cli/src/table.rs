@@ -71,9 +71,22 @@ impl Table {
     }
 }
 
+/// A bar as long as `share`, 1 being 20 characters, to an eighth of a character.
+pub fn bar(share: f64) -> String {
+    const EIGHTHS: [&str; 8] = ["", "▏", "▎", "▍", "▌", "▋", "▊", "▉"];
+    let eighths = (share * 160.0).ceil() as usize;
+    "█".repeat(eighths / 8) + EIGHTHS[eighths % 8]
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn bars_grow_by_eighths() {
+        assert_eq!(bar(1.0), "█".repeat(20));
+        assert_eq!((bar(0.0).as_str(), bar(1e-9).as_str(), bar(0.075).as_str()), ("", "▏", "█▌"));
+    }
 
     #[test]
     fn columns_align() {

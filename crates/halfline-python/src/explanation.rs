@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use halfline::explain;
 use halfline::geometry::{Ray, Vec3};
-use halfline_lecture::explanation::Told;
+use halfline_explain::Report;
 use pyo3::prelude::*;
 
 use crate::call::{Progress, on_pool};
@@ -21,11 +21,11 @@ pub struct Explanation {
 
 impl Explanation {
     /// Tells of it in words.
-    fn tell(&self, py: Python, words: fn(&Told) -> String) -> PyResult<String> {
+    fn tell(&self, py: Python, words: fn(&Report) -> String) -> PyResult<String> {
         on_pool(py, None, |_| {
             self.scene.guarded(|| {
                 let Explanation { scene, explanation, name } = self;
-                Ok(words(&Told { name, mesh: scene.mesh(), explanation }))
+                Ok(words(&Report { name, mesh: scene.mesh(), explanation }))
             })
         })
     }
@@ -55,14 +55,14 @@ impl Explanation {
     }
 
     fn json(&self, py: Python) -> PyResult<String> {
-        self.tell(py, |told| told.to_json().to_string())
+        self.tell(py, |report| report.to_json().to_string())
     }
 
     fn text(&self, py: Python) -> PyResult<String> {
-        self.tell(py, |told| told.to_text())
+        self.tell(py, |report| report.to_text())
     }
 
     fn page(&self, py: Python) -> PyResult<String> {
-        self.tell(py, |told| told.to_page(2))
+        self.tell(py, |report| report.to_page(2))
     }
 }

@@ -10,9 +10,10 @@
 //! [`subdivide_cell`] splits a cell and moves its triangles into the two halves, again and again,
 //! until [`terminate_construction`] says that it is enough. Where a cell is split is a
 //! [`SplittingRule`]: its middle, by turns; the median of its triangles; or where the
-//! surface-area heuristic finds the least cost.
+//! surface-area heuristic finds the least cost. The three stand in `splitting_rule.rs`.
 //!
-//! Traverse: [`KdTree::ray_tree_intersection`].
+//! Traverse: [`KdTree::ray_tree_intersection`] goes down the tree along the ray. `all_hits.rs`
+//! answers the plural questions.
 //!
 //! Different here from the usual pseudo-code, which is wrong in two places: a hit in the near
 //! cell is final only if it lies *before* the splitting plane (a triangle may reach out of its
@@ -21,7 +22,12 @@
 
 use crate::geometry::{Aabb, Hit, Ray, Vec3};
 use crate::mesh::Mesh;
-use crate::numeric::{PreparedRay, Touch, complete_hits, is_nearer};
+use crate::numeric::{PreparedRay, is_nearer};
+
+mod all_hits;
+mod splitting_rule;
+
+pub use splitting_rule::{Middle, ObjectMedian, SplittingRule, SurfaceArea};
 
 /// A kd-tree over the triangles of a mesh.
 pub struct KdTree<'mesh> {
@@ -76,145 +82,135 @@ impl Termination {
     }
 }
 
-/// Where to split a cell.
-pub trait SplittingRule {
-    /// The planes at which `cell`, whose triangles have these `boxes`, may be split, as (axis,
-    /// coordinate), the best one first; `by_turns` is the axis whose turn it is.
-    fn splitting_planes<'a>(
-        &'a self,
-        cell: &'a Aabb,
-        boxes: &'a [Aabb],
-        by_turns: usize,
-    ) -> Planes<'a>;
+/// A cell of a tree under construction.
+pub struct Cell {
+    /// The box of space that it is.
+    pub bounds: Aabb,
+    /// The triangles that reach into it.
+    pub triangles: Vec<u32>,
+    /// How many levels it lies below the root.
+    pub depth: usize,
+    /// The axis whose turn it is: 0, 1 or 2 for x, y or z.
+    pub by_turns: usize,
 }
 
-/// Planes, as (axis, coordinate); those that nobody asks for are not found.
-pub type Planes<'a> = Box<dyn Iterator<Item = (usize, f64)> + 'a>;
+/// A cell, split in two.
+pub struct Split {
+    /// 0, 1 or 2 for x, y or z.
+    pub axis: usize,
+    /// Where the plane cuts that axis.
+    pub coordinate: f64,
+    /// The parts below and above the plane.
+    pub parts: [Cell; 2],
+}
 
-/// In the middle of the cell, on each axis by turns.
-pub struct Middle;
+impl<'mesh> KdTree<'mesh> {
+    /// Builds the tree: all triangles into the root, the first split on x.
+    pub fn init_kd_tree(
+        mesh: &'mesh Mesh,
+        rule: &dyn SplittingRule,
+        termination: &Termination,
+    ) -> KdTree<'mesh> {
+        KdTree::init_kd_tree_until(mesh, rule, termination, &|_| false)
+    }
 
-impl SplittingRule for Middle {
-    fn splitting_planes<'a>(
-        &'a self,
-        cell: &'a Aabb,
-        _boxes: &'a [Aabb],
-        by_turns: usize,
-    ) -> Planes<'a> {
-        Box::new(axes_from(by_turns).map(|axis| (axis, cell.center()[axis])))
+    /// Builds the tree, and leaves all cells whole once `stop` says so; see
+    /// [`terminate_construction`].
+    pub fn init_kd_tree_until(
+        mesh: &'mesh Mesh,
+        rule: &dyn SplittingRule,
+        termination: &Termination,
+        stop: &dyn Fn(usize) -> bool,
+    ) -> KdTree<'mesh> {
+        let boxes = boxes_of(mesh);
+        let root = root_cell(mesh, &boxes);
+        let bounding_box = root.bounds;
+        KdTree { mesh, bounding_box, root: subdivide_cell(root, &boxes, rule, termination, stop) }
+    }
+
+    /// The root cell.
+    pub fn root(&self) -> &Node {
+        &self.root
+    }
+
+    /// The box of the root cell.
+    pub fn bounding_box(&self) -> &Aabb {
+        &self.bounding_box
     }
 }
 
-/// So that each side gets half of the triangles, on each axis by turns.
-pub struct ObjectMedian;
+/// The boxes of all triangles of a mesh.
+pub fn boxes_of(mesh: &Mesh) -> Vec<Aabb> {
+    let box_of = |[a, b, c]: [Vec3; 3]| Aabb::EMPTY.including(a).including(b).including(c);
+    (0..mesh.triangle_count() as u32).map(|t| box_of(mesh.corners(t))).collect()
+}
 
-impl SplittingRule for ObjectMedian {
-    fn splitting_planes<'a>(
-        &'a self,
-        cell: &'a Aabb,
-        boxes: &'a [Aabb],
-        by_turns: usize,
-    ) -> Planes<'a> {
-        let median = |axis: usize| {
-            // The center of a large triangle may lie outside of the cell.
-            let (low, high) = (cell.min[axis], cell.max[axis]);
-            let center = |b: &Aabb| b.center()[axis].clamp(low, high);
-            let mut centers: Vec<f64> = boxes.iter().map(center).collect();
-            let middle = centers.len() / 2;
-            *centers.select_nth_unstable_by(middle, f64::total_cmp).1
-        };
-        Box::new(axes_from(by_turns).map(move |axis| (axis, median(axis))))
+/// The cell that holds all triangles, but for those with corners that are not finite: nothing can
+/// hit them.
+pub fn root_cell(mesh: &Mesh, boxes: &[Aabb]) -> Cell {
+    let is_finite = |&t: &u32| mesh.corners(t).into_iter().all(Vec3::is_finite);
+    let triangles: Vec<u32> = (0..mesh.triangle_count() as u32).filter(is_finite).collect();
+    let bounds = triangles.iter().fold(Aabb::EMPTY, |all, &t| all.union(&boxes[t as usize]));
+    Cell { bounds, triangles, depth: 0, by_turns: 0 }
+}
+
+/// Splits a cell, and its parts, until [`terminate_construction`]. `boxes` are those of all triangles
+/// of the mesh.
+pub fn subdivide_cell(
+    cell: Cell,
+    boxes: &[Aabb],
+    rule: &dyn SplittingRule,
+    termination: &Termination,
+    stop: &dyn Fn(usize) -> bool,
+) -> Node {
+    if terminate_construction(&cell, termination, stop) {
+        return Node::Leaf { triangles: cell.triangles };
+    }
+    let Some(Split { axis, coordinate, parts }) = split_cell(&cell, boxes, rule) else {
+        return Node::Leaf { triangles: cell.triangles };
+    };
+    drop(cell);
+    let children = parts.map(|part| subdivide_cell(part, boxes, rule, termination, stop));
+    Node::Inner {
+        splitting_axis: axis,
+        splitting_coordinate: coordinate,
+        children: Box::new(children),
     }
 }
 
-/// Where the expected cost is least: a ray that meets the cell meets a part of it with a
-/// probability proportional to the part's surface area (Goldsmith and Salmon 1987; MacDonald and
-/// Booth 1990).
-pub struct SurfaceArea {
-    /// Cost of a step to a child cell, in units of one triangle test.
-    pub traversal_cost: f64,
+/// True if a cell should stay whole: it lies deep, it has few triangles, or `stop` wants the end.
+///
+/// `stop` is told how many triangles the cell has, before each split, and so can end a construction
+/// that takes too long: once it answers true it must go on to do so.
+pub fn terminate_construction(
+    cell: &Cell,
+    termination: &Termination,
+    stop: &dyn Fn(usize) -> bool,
+) -> bool {
+    cell.depth >= termination.maximum_depth
+        || cell.triangles.len() <= termination.few_triangles
+        || stop(cell.triangles.len())
 }
 
-impl SurfaceArea {
-    /// The cheapest plane on `axis`, as (cost, coordinate), by a sweep over the boxes' ends.
-    fn cheapest_plane(&self, cell: &Aabb, boxes: &[Aabb], axis: usize) -> Option<(f64, f64)> {
-        let (low, high) = (cell.min[axis], cell.max[axis]);
-        let sorted = |mut ends: Vec<f64>| {
-            ends.sort_unstable_by(f64::total_cmp);
-            ends
-        };
-        let starts = sorted(boxes.iter().map(|b| b.min[axis].max(low)).collect());
-        let ends = sorted(boxes.iter().map(|b| b.max[axis].min(high)).collect());
-        let mut cheapest: Option<(f64, f64)> = None;
-        for planes in [&starts, &ends] {
-            // How many boxes start at or before the plane, and how many end before it.
-            let (mut started, mut ended) = (0, 0);
-            for &plane in planes.iter().filter(|&&plane| low < plane && plane < high) {
-                started += starts[started..].iter().take_while(|&&start| start <= plane).count();
-                ended += ends[ended..].iter().take_while(|&&end| end < plane).count();
-                let (below, above) = (started as f64, (ends.len() - ended) as f64);
-                let [left, right] = halves(cell, axis, plane);
-                let tests = left.surface_area() * below + right.surface_area() * above;
-                let cost = self.traversal_cost + tests / cell.surface_area();
-                if cheapest.is_none_or(|(least, _)| cost < least) {
-                    cheapest = Some((cost, plane));
-                }
-            }
-        }
-        cheapest
-    }
-
-    /// The cheapest plane on each of the axes, the cheapest of all first; only those that are cheaper
-    /// than to leave the cell whole.
-    pub fn planes_on(
-        &self,
-        axes: impl Iterator<Item = usize>,
-        cell: &Aabb,
-        boxes: &[Aabb],
-    ) -> Planes<'static> {
-        let cost_of_leaf = boxes.len() as f64;
-        let plane_on = |axis| {
-            let (cost, plane) = self.cheapest_plane(cell, boxes, axis)?;
-            (cost < cost_of_leaf).then_some((cost, axis, plane))
-        };
-        let mut planes: Vec<_> = axes.filter_map(plane_on).collect();
-        planes.sort_by(|a, b| a.0.total_cmp(&b.0));
-        Box::new(planes.into_iter().map(|(_, axis, plane)| (axis, plane)))
-    }
-}
-
-impl SplittingRule for SurfaceArea {
-    fn splitting_planes<'a>(
-        &'a self,
-        cell: &'a Aabb,
-        boxes: &'a [Aabb],
-        by_turns: usize,
-    ) -> Planes<'a> {
-        self.planes_on(axes_from(by_turns), cell, boxes)
-    }
-}
-
-/// All three axes, in turn.
-fn axes_from(axis: usize) -> impl Iterator<Item = usize> {
-    [axis, next_axis(axis), next_axis(next_axis(axis))].into_iter()
-}
-
-/// x, y, z, x, ...
-pub fn next_axis(axis: usize) -> usize {
-    (axis + 1) % 3
-}
-
-/// True if a cell at this depth with this many triangles should stay whole.
-pub fn terminate_construction(termination: &Termination, depth: usize, triangles: usize) -> bool {
-    depth >= termination.maximum_depth || triangles <= termination.few_triangles
-}
-
-/// The two parts of a cell.
-fn halves(cell: &Aabb, axis: usize, plane: f64) -> [Aabb; 2] {
-    let mut halves = [*cell; 2];
-    halves[0].max[axis] = plane;
-    halves[1].min[axis] = plane;
-    halves
+/// Splits a cell once, where the rule says; `None` if no plane separates its triangles. The parts'
+/// turn is on the axis next to that of the plane.
+pub fn split_cell(cell: &Cell, boxes: &[Aabb], rule: &dyn SplittingRule) -> Option<Split> {
+    let boxes_here: Vec<Aabb> = cell.triangles.iter().map(|&t| boxes[t as usize]).collect();
+    let planes = rule.splitting_planes(&cell.bounds, &boxes_here, cell.by_turns);
+    planes.into_iter().find_map(|(axis, plane)| {
+        let [below, above] = move_triangles(&cell.triangles, boxes, axis, plane);
+        let separates = below.len().min(above.len()) < cell.triangles.len();
+        let (depth, by_turns) = (cell.depth + 1, next_axis(axis));
+        let [bounds_below, bounds_above] = halves(&cell.bounds, axis, plane);
+        separates.then_some(Split {
+            axis,
+            coordinate: plane,
+            parts: [
+                Cell { bounds: bounds_below, triangles: below, depth, by_turns },
+                Cell { bounds: bounds_above, triangles: above, depth, by_turns },
+            ],
+        })
+    })
 }
 
 /// The indices of those boxes that reach below and of those that reach above the plane. A box
@@ -226,75 +222,17 @@ fn move_triangles(triangles: &[u32], boxes: &[Aabb], axis: usize, plane: f64) ->
     [of(&|b| b.min[axis] <= plane), of(&|b| b.max[axis] >= plane)]
 }
 
-/// A cell, split in two.
-pub struct Split {
-    /// 0, 1 or 2 for x, y or z.
-    pub axis: usize,
-    /// Where the plane cuts that axis.
-    pub coordinate: f64,
-    /// The parts below and above the plane.
-    pub cells: [Aabb; 2],
-    /// The triangles of each part.
-    pub triangles: [Vec<u32>; 2],
+/// The axis whose turn is next: x, y, z, x, ...
+fn next_axis(axis: usize) -> usize {
+    (axis + 1) % 3
 }
 
-/// Splits a cell once, where the rule says; `None` if no plane separates its triangles. `boxes` are
-/// those of all triangles of the mesh.
-pub fn split_cell(
-    rule: &dyn SplittingRule,
-    boxes: &[Aabb],
-    cell: &Aabb,
-    triangles: &[u32],
-    by_turns: usize,
-) -> Option<Split> {
-    let boxes_here: Vec<Aabb> = triangles.iter().map(|&t| boxes[t as usize]).collect();
-    rule.splitting_planes(cell, &boxes_here, by_turns).find_map(|(axis, plane)| {
-        let moved = move_triangles(triangles, boxes, axis, plane);
-        let separates = moved.iter().any(|part| part.len() < triangles.len());
-        let cells = halves(cell, axis, plane);
-        separates.then_some(Split { axis, coordinate: plane, cells, triangles: moved })
-    })
-}
-
-/// Splits a cell until [`terminate_construction`], each part on the axis next to that of the plane.
-pub fn subdivide_cell(
-    rule: &dyn SplittingRule,
-    termination: &Termination,
-    boxes: &[Aabb],
-    cell: &Aabb,
-    triangles: Vec<u32>,
-    depth: usize,
-    by_turns: usize,
-) -> Node {
-    if terminate_construction(termination, depth, triangles.len()) {
-        return Node::Leaf { triangles };
-    }
-    let Some(split) = split_cell(rule, boxes, cell, &triangles, by_turns) else {
-        return Node::Leaf { triangles };
-    };
-    drop(triangles);
-    let ([cell_below, cell_above], [below, above]) = (split.cells, split.triangles);
-    let subdivide = |cell, triangles| {
-        let (deeper, next) = (depth + 1, next_axis(split.axis));
-        subdivide_cell(rule, termination, boxes, cell, triangles, deeper, next)
-    };
-    Node::Inner {
-        splitting_axis: split.axis,
-        splitting_coordinate: split.coordinate,
-        children: Box::new([subdivide(&cell_below, below), subdivide(&cell_above, above)]),
-    }
-}
-
-/// The boxes of all triangles.
-pub fn boxes_of(mesh: &Mesh) -> Vec<Aabb> {
-    let box_of = |[a, b, c]: [Vec3; 3]| Aabb::EMPTY.including(a).including(b).including(c);
-    (0..mesh.triangle_count() as u32).map(|t| box_of(mesh.corners(t))).collect()
-}
-
-/// The triangles with finite corners.
-pub fn finite_triangles(mesh: &Mesh) -> Vec<u32> {
-    let is_finite = |&t: &u32| mesh.corners(t).into_iter().all(Vec3::is_finite);
-    (0..mesh.triangle_count() as u32).filter(is_finite).collect()
+/// The two parts of a cell.
+fn halves(cell: &Aabb, axis: usize, plane: f64) -> [Aabb; 2] {
+    let mut halves = [*cell; 2];
+    halves[0].max[axis] = plane;
+    halves[1].min[axis] = plane;
+    halves
 }
 
 /// A bound on the relative error of `(plane - origin) / direction`, with room to spare: two
@@ -313,38 +251,14 @@ pub fn plane_distance(plane: f64, origin: f64, direction: f64) -> [f64; 2] {
     [t - error, t + error]
 }
 
-impl<'mesh> KdTree<'mesh> {
-    /// Builds the tree: all triangles into the root, the first split on x.
-    ///
-    /// Triangles with corners that are not finite are left out: nothing can hit them.
-    pub fn init_kd_tree(
-        mesh: &'mesh Mesh,
-        rule: &dyn SplittingRule,
-        termination: &Termination,
-    ) -> KdTree<'mesh> {
-        let (boxes, triangles) = (boxes_of(mesh), finite_triangles(mesh));
-        let bounding_box =
-            triangles.iter().fold(Aabb::EMPTY, |all, &t| all.union(&boxes[t as usize]));
-        let root = subdivide_cell(rule, termination, &boxes, &bounding_box, triangles, 0, 0);
-        KdTree { mesh, bounding_box, root }
-    }
-
-    /// The root cell.
-    pub fn root(&self) -> &Node {
-        &self.root
-    }
-
-    /// The box of the root cell.
-    pub fn bounding_box(&self) -> &Aabb {
-        &self.bounding_box
-    }
-
+impl KdTree<'_> {
     /// The closest hit of the half-line; of hits with equal t the one with the lowest face index.
     pub fn ray_tree_intersection(&self, ray: &Ray) -> Hit {
         self.ray_tree_intersection_counted(ray, &mut Visits::default())
     }
 
-    /// The same, adding what it took to `visits`.
+    /// The closest hit, as [`KdTree::ray_tree_intersection`] finds it; what it took is added to
+    /// `visits`.
     pub fn ray_tree_intersection_counted(&self, ray: &Ray, visits: &mut Visits) -> Hit {
         let Some(prepared) = PreparedRay::new(ray) else { return Hit::MISS };
         let Some([t_min, t_max]) = clip_to_box(&self.bounding_box, ray) else { return Hit::MISS };
@@ -447,69 +361,4 @@ pub fn clip_to_box(bounds: &Aabb, ray: &Ray) -> Option<[f64; 2]> {
 /// The nearer of two hits; see [`is_nearer`].
 fn nearer(a: Hit, b: Hit) -> Hit {
     if is_nearer(&b, &a) { b } else { a }
-}
-
-/// The plural questions, answered from the same tree.
-impl KdTree<'_> {
-    /// True if the half-line hits anything.
-    pub fn any(&self, ray: &Ray) -> bool {
-        self.ray_tree_intersection(ray).is_hit()
-    }
-
-    /// Appends all hits to `hits`, sorted by t and then by face; see [`numeric`](crate::numeric).
-    ///
-    /// The half-line is sent through the whole tree; a triangle that lies in several cells is
-    /// found several times, and counted once.
-    pub fn all(&self, ray: &Ray, hits: &mut Vec<Hit>) {
-        let first = hits.len();
-        let mut touches = Vec::new();
-        let Some(prepared) = PreparedRay::new(ray) else { return };
-        let Some([t_min, t_max]) = clip_to_box(&self.bounding_box, ray) else { return };
-        let mut cells = vec![(&self.root, t_min, t_max)];
-        while let Some((node, t_min, t_max)) = cells.pop() {
-            match node {
-                Node::Leaf { triangles } => {
-                    for &face in triangles {
-                        let corners = self.mesh.corners(face);
-                        let Some(contact) = prepared.meet(corners) else { continue };
-                        if contact.is_crossing {
-                            hits.push(prepared.hit(face, corners));
-                        } else {
-                            touches.push(Touch { t: contact.t, face, touched: contact.touched });
-                        }
-                    }
-                }
-                Node::Inner { splitting_axis, splitting_coordinate, children } => {
-                    let (axis, plane) = (*splitting_axis, *splitting_coordinate);
-                    let (origin, direction) = (ray.origin[axis], ray.direction[axis]);
-                    let [low, high] = if direction == 0.0 {
-                        // Parallel: below only, above only, or both.
-                        match origin.partial_cmp(&plane) {
-                            Some(std::cmp::Ordering::Less) => [f64::INFINITY; 2],
-                            Some(std::cmp::Ordering::Greater) => [f64::NEG_INFINITY; 2],
-                            _ => [f64::NEG_INFINITY, f64::INFINITY],
-                        }
-                    } else {
-                        plane_distance(plane, origin, direction)
-                    };
-                    let [below, above] = &**children;
-                    let (near, far) =
-                        if direction >= 0.0 { (below, above) } else { (above, below) };
-                    if high >= t_min {
-                        cells.push((near, t_min, t_max.min(high)));
-                    }
-                    if low <= t_max {
-                        cells.push((far, t_min.max(low), t_max));
-                    }
-                }
-            }
-        }
-        // At borders, go by all triangles of the mesh: it is rare, and this is to be read.
-        let corners_of = |face| self.mesh.corners(face);
-        let triangles_at = |point: Vec3| {
-            let triangles = (0..self.mesh.triangle_count() as u32).map(corners_of);
-            triangles.filter(|corners| corners.contains(&point)).collect()
-        };
-        complete_hits(&prepared, hits, first, &mut touches, corners_of, triangles_at);
-    }
 }

@@ -229,7 +229,7 @@ impl Findings<'_> {
         let note = format!("Euler characteristic {}", t.euler_characteristic());
         table.row("components", count(t.components), note);
         if t.facing().is_some() {
-            table.row("volume", units::coordinate(t.signed_volume), "");
+            table.row("volume", units::number(t.signed_volume), "");
         }
     }
 

@@ -3,13 +3,14 @@
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
+use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use clap::{Args, ValueEnum};
 use halfline::explain::{Cells, Explanation, Rule, Slice, SlicePlane, Step, Walk, check};
 use halfline::geometry::{Ray, vec3};
 use halfline::progress::Stage;
 use halfline::textbook::Termination;
 use halfline::{Aabb, Error, Mesh, Scene};
-use halfline_lecture::explanation::{SLICE_SIZE, SliceOptions, Told, draw_slice};
+use halfline_explain::{Report, SLICE_SIZE, SliceOptions, draw_slice};
 use halfline_render::{Plan, RenderSettings};
 use serde_json::{Value, json};
 
@@ -61,8 +62,8 @@ pub struct Options {
     at: Option<f64>,
 
     /// Where the lecture's tree splits cells
-    #[arg(long, value_enum, value_name = "NAME", default_value_t = RuleName::Sah)]
-    rule: RuleName,
+    #[arg(long, value_name = "NAME", value_parser = rule_parser(), default_value_t)]
+    rule: Rule,
 
     /// Where the explanation goes: .html, .json or .txt; with --plane .svg [default: printed]
     #[arg(short, long, value_name = "FILE")]
@@ -81,24 +82,10 @@ pub struct Options {
     camera: CameraOptions,
 }
 
-#[derive(Clone, Copy, Debug, ValueEnum)]
-enum RuleName {
-    /// Where the surface-area heuristic expects the least cost
-    Sah,
-    /// In the middle of the cell
-    Middle,
-    /// So that each side gets half of the triangles
-    Median,
-}
-
-impl From<RuleName> for Rule {
-    fn from(name: RuleName) -> Rule {
-        match name {
-            RuleName::Sah => Rule::SurfaceArea,
-            RuleName::Middle => Rule::Middle,
-            RuleName::Median => Rule::Median,
-        }
-    }
+/// Understands the rules' names.
+fn rule_parser() -> impl TypedValueParser<Value = Rule> {
+    let value = |rule: Rule| PossibleValue::new(rule.name()).help(rule.description());
+    PossibleValuesParser::new(Rule::ALL.map(value)).try_map(|name| name.parse::<Rule>())
 }
 
 #[derive(Clone, Copy, Debug, ValueEnum)]
@@ -178,27 +165,27 @@ fn tell(options: &Options, source: &Source, session: Session) -> Result<(), Fail
     let scene = &source.scene;
     let Some(ray) = ray_of(options, scene)? else { unreachable!("one of both is required") };
     let (explanation, _) = session.timed_as(Stage::Trace, "explaining", |observer| {
-        scene.explain(&ray, options.rule.into(), observer)
+        scene.explain(&ray, options.rule, observer)
     })?;
     let name = name_of(&options.mesh);
-    let told = Told { name: &name, mesh: scene.mesh(), explanation: &explanation };
+    let report = Report { name: &name, mesh: scene.mesh(), explanation: &explanation };
     if let Some(path) = &options.output {
         let content = scene.guarded(|| {
             Ok(match output::extension(path).as_deref() {
-                Some("html") => told.to_page(up_axis(options)?),
-                Some("json") => format!("{:#}\n", told.to_json()),
-                _ => told.to_text(),
+                Some("html") => report.to_page(up_axis(options)?),
+                Some("json") => format!("{:#}\n", report.to_json()),
+                _ => report.to_text(),
             })
         })?;
         write(path, &content, &session)?;
     }
     let figures = match session.wants_json() {
-        true => scene.guarded(|| Ok(told.to_json()))?,
+        true => scene.guarded(|| Ok(report.to_json()))?,
         false => Value::Null,
     };
     let Value::Object(figures) = figures else {
         return match &options.output {
-            None => session.tell(Figures::new(), || told.to_text(), true),
+            None => session.tell(Figures::new(), || report.to_text(), true),
             Some(path) => session.tell(Figures::new(), || summary(path, &explanation), false),
         };
     };
@@ -239,7 +226,7 @@ fn summary(path: &Path, explanation: &Explanation) -> String {
 fn cut(options: &Options, axis: usize, source: &Source, session: Session) -> Result<(), Failure> {
     let scene = &source.scene;
     let asked = ray_of(options, scene)?;
-    let rule = options.rule.into();
+    let rule = options.rule;
     let name = name_of(&options.mesh);
     let drawing = session.timed_as(Stage::Trace, "cutting", |observer| {
         scene.guarded(|| {
@@ -257,8 +244,7 @@ fn cut(options: &Options, axis: usize, source: &Source, session: Session) -> Res
             let longest = plane.axes().map(|axis| bounds.extent()[axis]);
             let pixel = longest[0].max(longest[1]) / SLICE_SIZE;
             let slice = Slice::through(&mut cells, plane, SMALLEST * pixel, usize::MAX)?;
-            let options =
-                SliceOptions { name: &name, rule: Rule::name(rule), ray: &ray, walk: &walk };
+            let options = SliceOptions { name: &name, rule: rule.name(), ray: &ray, walk: &walk };
             Ok((draw_slice(&slice, &options), figures_of(mesh, &slice, &walk)))
         })
     });

@@ -11,7 +11,7 @@ use serde_json::{Value, json};
 use crate::failure::Failure;
 use crate::session::{Figures, Session};
 use crate::source::Source;
-use crate::table::Table;
+use crate::table::{Table, bar};
 use crate::tree_options::TreeOptions;
 use crate::{session, units};
 
@@ -116,8 +116,8 @@ fn bounds_rows(table: &mut Table, bounds: &Aabb) {
     for (axis, name) in ["x", "y", "z"].into_iter().enumerate() {
         let (low, high) = (bounds.min[axis], bounds.max[axis]);
         let label = if axis == 0 { "bounds" } else { "" };
-        let figure = units::coordinate(extent[axis]);
-        let (low, high) = (units::coordinate(low), units::coordinate(high));
+        let figure = units::number(extent[axis]);
+        let (low, high) = (units::number(low), units::number(high));
         table.row(label, figure, format!("{name} from {low} to {high}"));
     }
 }
@@ -138,7 +138,7 @@ fn tree_rows(table: &mut Table, tree: &TreeStatistics) {
     let most = tree.leaves_by_size.iter().copied().max().unwrap_or(0);
     for (size, &leaves) in tree.leaves_by_size.iter().enumerate() {
         if leaves > 0 {
-            let bar = units::bar(leaves as f64 / most as f64);
+            let bar = bar(leaves as f64 / most as f64);
             table.row(&format!("  of {size}"), count(leaves), bar);
         }
     }

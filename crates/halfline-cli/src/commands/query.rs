@@ -4,12 +4,12 @@ use std::path::PathBuf;
 use std::time::Instant;
 
 use clap::{Args, ValueEnum};
-use halfline::explain::TRAVERSAL_COST;
+use halfline::explain::Rule;
 use halfline::geometry::{Hit, Ray};
 use halfline::mesh::Mesh;
 use halfline::progress::{Observer, Part, Stage};
 use halfline::scene::AllHits;
-use halfline::textbook::{KdTree, SurfaceArea, Termination};
+use halfline::textbook::{KdTree, Termination};
 use serde_json::json;
 
 use crate::engine::{BruteForce, Engine};
@@ -120,9 +120,9 @@ pub fn run(options: &Options, session: Session) -> Result<(), Failure> {
             return run.answer(&BruteForce(mesh), mesh, None, 0.0);
         }
         let (tree, build_seconds) = run.session.timed(Stage::Build, |_| {
-            let rule = SurfaceArea { traversal_cost: TRAVERSAL_COST };
+            let rule = Rule::SurfaceArea.splitting_rule();
             let termination = Termination::automatic(mesh.triangle_count());
-            Ok(KdTree::init_kd_tree(mesh, &rule, &termination))
+            Ok(KdTree::init_kd_tree(mesh, rule, &termination))
         })?;
         run.answer(&tree, mesh, None, build_seconds)
     })

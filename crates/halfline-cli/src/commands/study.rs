@@ -10,7 +10,7 @@ use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use halfline::Error;
 use halfline::progress::Stage;
 use halfline_io::models::Kind;
-use halfline_lecture::study::{self, Budget, Family, Origin, Settings, Study};
+use halfline_study::{self as study, Budget, Family, Origin, Settings, Study};
 use serde_json::{Value, json};
 
 use crate::failure::Failure;

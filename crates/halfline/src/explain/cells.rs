@@ -2,13 +2,13 @@
 //! minutes, and one ray sees a few dozen cells of it. They are those of
 //! [`KdTree::init_kd_tree`](crate::textbook::KdTree::init_kd_tree), to the bit.
 
-use super::rule::{Interruptible, Rule};
+use super::rule::Rule;
 use crate::error::Result;
 use crate::geometry::Aabb;
 use crate::mesh::Mesh;
 use crate::progress::Observer;
 use crate::textbook::{
-    Split, Termination, boxes_of, finite_triangles, next_axis, split_cell, terminate_construction,
+    self, Split, Termination, boxes_of, root_cell, split_cell, terminate_construction,
 };
 
 /// Which side of its parent's plane a cell is.
@@ -35,6 +35,16 @@ pub struct Cell {
     pub content: Content,
     /// The axis on which it is split if the rule goes by turns.
     by_turns: usize,
+}
+
+impl Cell {
+    /// A cell of the textbook that was not split so far.
+    fn new(cell: textbook::Cell, parent: Option<(usize, Side)>) -> Cell {
+        let textbook::Cell { bounds, triangles, depth, by_turns } = cell;
+        let triangle_count = triangles.len();
+        let content = Content::Unknown { triangles };
+        Cell { parent, depth, bounds, triangle_count, content, by_turns }
+    }
 }
 
 /// What is known of a cell.
@@ -67,7 +77,7 @@ pub struct Cells<'a> {
     pub mesh: &'a Mesh,
     /// When no cell is split any more.
     pub termination: Termination,
-    rule: Interruptible<'a>,
+    rule: Rule,
     observer: &'a dyn Observer,
     boxes: Vec<Aabb>,
     cells: Vec<Cell>,
@@ -82,17 +92,8 @@ impl<'a> Cells<'a> {
         observer: &'a dyn Observer,
     ) -> Result<Cells<'a>> {
         observer.check()?;
-        let (boxes, triangles) = (boxes_of(mesh), finite_triangles(mesh));
-        let bounds = triangles.iter().fold(Aabb::EMPTY, |all, &t| all.union(&boxes[t as usize]));
-        let root = Cell {
-            parent: None,
-            depth: 0,
-            bounds,
-            triangle_count: triangles.len(),
-            content: Content::Unknown { triangles },
-            by_turns: 0,
-        };
-        let rule = Interruptible::new(rule, observer);
+        let boxes = boxes_of(mesh);
+        let root = Cell::new(root_cell(mesh, &boxes), None);
         Ok(Cells { mesh, termination, rule, observer, boxes, cells: vec![root] })
     }
 
@@ -101,40 +102,34 @@ impl<'a> Cells<'a> {
         &self.cells[number]
     }
 
-    /// A cell, split or found to be a leaf.
+    /// A cell, split or found to be a leaf. The observer is asked before it is split.
     ///
     /// # Errors
     /// [`Error::Interrupted`](crate::Error::Interrupted).
     pub fn visit(&mut self, number: usize) -> Result<&Cell> {
-        let Content::Unknown { triangles } = &mut self.cells[number].content else {
-            return Ok(&self.cells[number]);
-        };
-        let triangles = std::mem::take(triangles);
-        self.cells[number].content = self.divide(number, triangles)?;
+        if let Content::Unknown { triangles } = &mut self.cells[number].content {
+            let triangles = std::mem::take(triangles);
+            self.cells[number].content = self.divide(number, triangles)?;
+        }
         Ok(&self.cells[number])
     }
 
     fn divide(&mut self, number: usize, triangles: Vec<u32>) -> Result<Content> {
         let Cell { depth, bounds, by_turns, .. } = self.cells[number];
-        if terminate_construction(&self.termination, depth, triangles.len()) {
-            return Ok(Content::Leaf { triangles });
+        let cell = textbook::Cell { bounds, triangles, depth, by_turns };
+        let stop = |_: usize| self.observer.cancelled();
+        if terminate_construction(&cell, &self.termination, &stop) {
+            // Whole because that is enough, or because the observer wants the end.
+            self.observer.check()?;
+            return Ok(Content::Leaf { triangles: cell.triangles });
         }
-        let split = split_cell(&self.rule, &self.boxes, &bounds, &triangles, by_turns);
-        self.observer.check()?;
-        let Some(Split { axis, coordinate, cells, triangles: parts }) = split else {
-            return Ok(Content::Leaf { triangles });
+        let rule = self.rule.splitting_rule();
+        let Some(Split { axis, coordinate, parts }) = split_cell(&cell, &self.boxes, rule) else {
+            return Ok(Content::Leaf { triangles: cell.triangles });
         };
         let first = self.cells.len();
-        let sides = [Side::Below, Side::Above];
-        for (side, (bounds, triangles)) in sides.into_iter().zip(cells.into_iter().zip(parts)) {
-            self.cells.push(Cell {
-                parent: Some((number, side)),
-                depth: depth + 1,
-                bounds,
-                triangle_count: triangles.len(),
-                content: Content::Unknown { triangles },
-                by_turns: next_axis(axis),
-            });
+        for (part, side) in parts.into_iter().zip([Side::Below, Side::Above]) {
+            self.cells.push(Cell::new(part, Some((number, side))));
         }
         Ok(Content::Inner { axis, plane: coordinate, children: [first, first + 1] })
     }

@@ -15,7 +15,7 @@ mod walk;
 pub use cells::{Cell, Cells, Content, Side};
 pub use engine_walk::{EngineContent, EngineStep, EngineWalk};
 pub use nearest_miss::{NearestMiss, nearest_miss};
-pub use rule::{Interruptible, Rule, TRAVERSAL_COST};
+pub use rule::{Rule, TRAVERSAL_COST};
 pub use slice::{Point, Rectangle, Slice, SliceCell, SlicePlane};
 pub use verdict::{Edge, TriangleTest, Verdict};
 pub use walk::{Case, Step, Visit, Walk};

@@ -4,16 +4,14 @@ use std::fmt;
 use std::str::FromStr;
 
 use crate::error::{Error, Result};
-use crate::geometry::Aabb;
-use crate::progress::Observer;
-use crate::textbook::{Middle, ObjectMedian, Planes, SplittingRule, SurfaceArea, next_axis};
+use crate::textbook::{Middle, ObjectMedian, SplittingRule, SurfaceArea};
 
 /// In units of one triangle test; a step down the textbook's tree is an addition, a division and
 /// a comparison.
 pub const TRAVERSAL_COST: f64 = 0.5;
 
 /// Which of the textbook's rules splits cells.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Rule {
     /// [`Middle`].
     Middle,
@@ -36,6 +34,25 @@ impl Rule {
             Rule::SurfaceArea => "sah",
         }
     }
+
+    /// Where it splits a cell, in a few words.
+    pub const fn description(self) -> &'static str {
+        match self {
+            Rule::Middle => "in the middle of the cell",
+            Rule::Median => "so that each side gets half of the triangles",
+            Rule::SurfaceArea => "where the surface-area heuristic expects the least cost",
+        }
+    }
+
+    /// The textbook's rule.
+    pub fn splitting_rule(self) -> &'static dyn SplittingRule {
+        const SURFACE_AREA: SurfaceArea = SurfaceArea { traversal_cost: TRAVERSAL_COST };
+        match self {
+            Rule::Middle => &Middle,
+            Rule::Median => &ObjectMedian,
+            Rule::SurfaceArea => &SURFACE_AREA,
+        }
+    }
 }
 
 impl fmt::Display for Rule {
@@ -52,43 +69,5 @@ impl FromStr for Rule {
             let names = Rule::ALL.map(Rule::name).join(", ");
             Error::invalid("rule", format!("\"{name}\" is none of {names}"))
         })
-    }
-}
-
-/// A rule that knows no plane any more once an observer wants the end: a cell is then left as it is,
-/// and a tree comes out soon. Whoever built it must ask the observer what it is worth.
-pub struct Interruptible<'a> {
-    rule: Rule,
-    observer: &'a dyn Observer,
-}
-
-impl<'a> Interruptible<'a> {
-    /// `rule`, until `observer` wants the end.
-    pub fn new(rule: Rule, observer: &'a dyn Observer) -> Interruptible<'a> {
-        Interruptible { rule, observer }
-    }
-}
-
-const SURFACE_AREA: SurfaceArea = SurfaceArea { traversal_cost: TRAVERSAL_COST };
-
-impl SplittingRule for Interruptible<'_> {
-    fn splitting_planes<'a>(
-        &'a self,
-        cell: &'a Aabb,
-        boxes: &'a [Aabb],
-        by_turns: usize,
-    ) -> Planes<'a> {
-        if self.observer.cancelled() {
-            return Box::new(std::iter::empty());
-        }
-        match self.rule {
-            Rule::Middle => Middle.splitting_planes(cell, boxes, by_turns),
-            Rule::Median => ObjectMedian.splitting_planes(cell, boxes, by_turns),
-            Rule::SurfaceArea => {
-                let is_wanted = |_: &usize| !self.observer.cancelled();
-                let axes = [by_turns, next_axis(by_turns), next_axis(next_axis(by_turns))];
-                SURFACE_AREA.planes_on(axes.into_iter().take_while(is_wanted), cell, boxes)
-            }
-        }
     }
 }

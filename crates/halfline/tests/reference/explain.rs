@@ -1,6 +1,9 @@
 //! Explanations against what they explain: the textbook's own counts, the engine's own counts, and for
 //! misses a minimum that is found by search.
 
+use std::cell::Cell;
+use std::sync::atomic::{AtomicUsize, Ordering};
+
 use crate::common::engines::textbook_planes;
 use crate::common::{Random, grid_cube, meshes, nasty_ray, soup};
 use halfline::explain::{
@@ -28,9 +31,8 @@ fn each_explanation(mut look: impl FnMut(&str, &Scene, &KdTree, &Explanation)) {
     for (seed, (name, mesh)) in meshes().into_iter().enumerate() {
         let scene = Scene::new(mesh.clone()).expect("a valid mesh");
         for rule in Rule::ALL {
-            let splitting = halfline::explain::Interruptible::new(rule, &NoProgress);
             let termination = Termination::automatic(mesh.triangle_count());
-            let tree = KdTree::init_kd_tree(&mesh, &splitting, &termination);
+            let tree = KdTree::init_kd_tree(&mesh, rule.splitting_rule(), &termination);
             let mut planes = Vec::new();
             textbook_planes(tree.root(), &mut planes);
             for i in 0..RAYS_PER_MESH {
@@ -292,18 +294,90 @@ fn a_ray_that_is_none_is_refused() {
     }
 }
 
-#[test]
-fn an_explanation_can_be_interrupted() {
-    struct Enough;
-    impl Observer for Enough {
-        fn cancelled(&self) -> bool {
-            true
-        }
+/// Wants the end once it was asked so many times, and counts how often it is.
+struct Patience {
+    questions: AtomicUsize,
+    enough: usize,
+}
+
+impl Patience {
+    fn new(enough: usize) -> Patience {
+        Patience { questions: AtomicUsize::new(0), enough }
     }
+
+    fn questions(&self) -> usize {
+        self.questions.load(Ordering::Relaxed)
+    }
+}
+
+impl Observer for Patience {
+    fn cancelled(&self) -> bool {
+        self.questions.fetch_add(1, Ordering::Relaxed) >= self.enough
+    }
+}
+
+#[test]
+fn the_observer_is_asked_before_a_cell_is_split() {
+    let mesh = grid_cube(4);
+    let termination = Termination::automatic(mesh.triangle_count());
+    for rule in Rule::ALL {
+        let all = Patience::new(usize::MAX);
+        let mut cells = Cells::new(&mesh, rule, termination, &all).expect("not interrupted");
+        let mut number = 0;
+        while let Content::Inner { children, .. } =
+            cells.visit(number).expect("not interrupted").content
+        {
+            // Once for the mesh, and once for each cell that was split.
+            assert!(all.questions() >= 1 + (cells.get(number).depth + 1), "{rule}");
+            number = children[0];
+        }
+        assert!(cells.get(number).depth > 2, "{rule}");
+
+        // Each of these questions can be the last.
+        let first = Patience::new(0);
+        assert!(matches!(Cells::new(&mesh, rule, termination, &first), Err(Error::Interrupted)));
+        let second = Patience::new(1);
+        let mut cells = Cells::new(&mesh, rule, termination, &second).expect("not interrupted");
+        assert!(matches!(cells.visit(0), Err(Error::Interrupted)), "{rule}: split all the same");
+        assert_eq!(cells.into_cells().len(), 1, "{rule}: split all the same");
+    }
+}
+
+#[test]
+fn an_explanation_ends_whenever_the_observer_says() {
     let scene = Scene::new(grid_cube(4)).expect("a valid mesh");
     let ray = Ray::new(vec3(-9.0, 0.3, 0.2), vec3(1.0, 0.0, 0.0));
-    let outcome = scene.explain(&ray, Rule::default(), &Enough);
-    assert!(matches!(outcome, Err(Error::Interrupted)));
+    let all = Patience::new(usize::MAX);
+    let explanation = scene.explain(&ray, Rule::default(), &all).expect("not interrupted");
+    let split = |cell: &&halfline::explain::Cell| matches!(cell.content, Content::Inner { .. });
+    assert!(all.questions() > explanation.cells.iter().filter(split).count());
+    for enough in 0..all.questions() {
+        let outcome = scene.explain(&ray, Rule::default(), &Patience::new(enough));
+        assert!(matches!(outcome, Err(Error::Interrupted)), "after {enough} questions");
+    }
+}
+
+#[test]
+fn a_textbook_build_that_is_stopped_leaves_cells_whole() {
+    let mesh = grid_cube(4);
+    let termination = Termination::automatic(mesh.triangle_count());
+    for rule in Rule::ALL {
+        let planes_until = |stop: &dyn Fn(usize) -> bool| {
+            let rule = rule.splitting_rule();
+            let tree = KdTree::init_kd_tree_until(&mesh, rule, &termination, stop);
+            let mut planes = Vec::new();
+            textbook_planes(tree.root(), &mut planes);
+            planes
+        };
+        let all = planes_until(&|_| false);
+        // It is told how many triangles the cell has, the root's first.
+        let root = mesh.triangle_count();
+        assert_eq!(planes_until(&|triangles| triangles == root), [], "{rule}");
+        let asked = Cell::new(0);
+        let after_four = planes_until(&|_| asked.replace(asked.get() + 1) >= 4);
+        assert_eq!(after_four, all[..4], "{rule}: the build goes depth first");
+        assert!(all.len() > 4, "{rule}");
+    }
 }
 
 #[test]
