@@ -12,9 +12,9 @@ rules on an instruction set. Every room may import error and progress. brute_for
 the judges, import geometry, mesh and numeric (for the scalar triangle test) alone, and no room
 imports them: a judge must not share the code that it judges. explain alone imports textbook, for
 it is the textbook's walk that it tells. Among the crates: halfline-python -> halfline-cli ->
-halfline-lecture -> halfline-render, halfline-io, halfline-check -> halfline. Tests of every crate
-may use halfline-io for its models, and name it by its path alone: cargo leaves such a dependency
-out of what is published.
+halfline-study -> halfline-explain, halfline-render, halfline-io, halfline-check -> halfline. Tests
+of every crate may use halfline-io for its models, and name it by its path alone: cargo leaves such
+a dependency out of what is published.
 
 Modules under #[cfg(test)], and files named tests.rs, may import any room, for that is where engine
 and judge meet. lib.rs names every room and is not checked; what it re-exports counts as the room
@@ -62,7 +62,8 @@ CRATES: dict[str, set[str]] = {
     "halfline-io": {"halfline"},
     "halfline-check": {"halfline"},
     "halfline-render": {"halfline"},
-    "halfline-lecture": {"halfline", "halfline-io", "halfline-render"},
+    "halfline-explain": {"halfline"},
+    "halfline-study": {"halfline", "halfline-io", "halfline-render", "halfline-explain"},
 }
 CRATES["halfline-cli"] = {*CRATES}
 CRATES["halfline-python"] = {*CRATES}

@@ -27,7 +27,7 @@ pub struct CacheEnd {
     pub largest: (usize, f64),
 }
 
-/// Where it ends.
+/// The first size that is too large for the cache.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct End {
     /// Triangles of the mesh.

@@ -22,7 +22,7 @@ pub enum Engine {
 }
 
 impl Engine {
-    /// All of them.
+    /// Every engine, the slowest first.
     pub const ALL: [Engine; 5] = [
         Engine::BruteForce,
         Engine::Textbook(Rule::Middle),
@@ -62,7 +62,8 @@ pub enum Ready<'mesh> {
     Fast(Box<Scene>),
 }
 
-/// Rays that a judge casts between two looks at the observer, of which each may take it 50 milliseconds.
+/// Rays that a reference engine casts between two looks at the observer, of which each may take it 50
+/// milliseconds.
 const BRUTE_CHUNK: usize = 1;
 const TEXTBOOK_CHUNK: usize = 64;
 

@@ -18,7 +18,7 @@ const SURFACE_AREA: Engine = Engine::Textbook(Rule::SurfaceArea);
 pub struct Finding {
     /// What it is about, in a word or two.
     pub topic: String,
-    /// It, in one sentence.
+    /// What was found, in one sentence.
     pub text: String,
 }
 
@@ -75,7 +75,7 @@ impl Study {
         })
     }
 
-    /// Where caches end, if measured.
+    /// From which size on memory is what a visit costs.
     fn memory_text(&self, family: &FamilyStudy) -> Option<String> {
         let caches = self.machine.caches.iter().filter(|cache| cache.level > 1);
         let caches: Vec<String> =

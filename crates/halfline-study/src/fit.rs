@@ -12,7 +12,7 @@
 /// How something grows.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Law {
-    /// It does not.
+    /// It does not grow.
     Constant,
     /// Like log n.
     Logarithm,
@@ -25,7 +25,7 @@ pub enum Law {
 }
 
 impl Law {
-    /// All of them, the slowest first.
+    /// Every law, the slowest growth first.
     pub const ALL: [Law; 5] =
         [Law::Constant, Law::Logarithm, Law::CubeRoot, Law::SquareRoot, Law::Linear];
 

@@ -147,7 +147,7 @@ pub struct Study {
     pub families: Vec<FamilyStudy>,
     /// How a picture's time is divided, of the first family.
     pub shares: Vec<Shares>,
-    /// Where.
+    /// The machine on which it was measured.
     pub machine: Machine,
 }
 

@@ -59,7 +59,7 @@ impl Shares {
     }
 }
 
-/// Those who draw it.
+/// The engines that draw the picture.
 pub const ENGINES: [Engine; 3] =
     [Engine::BruteForce, Engine::Textbook(Rule::SurfaceArea), Engine::Fast];
 
@@ -83,10 +83,10 @@ pub fn shares(mesh: &Arc<Mesh>, settings: &Settings, part: &Part) -> Result<Vec<
     for (i, engine) in ENGINES.into_iter().enumerate() {
         part.advance(i as f64 / ENGINES.len() as f64);
         let answerer = match engine {
-            Engine::BruteForce => Answerer::Judge(Ready::BruteForce(mesh)),
+            Engine::BruteForce => Answerer::Reference(Ready::BruteForce(mesh)),
             Engine::Fast => Answerer::Scene(&scene),
             Engine::Textbook(rule) => match build_textbook(rule, mesh, settings.budget, part)? {
-                Ok((tree, _)) => Answerer::Judge(Ready::Textbook(tree)),
+                Ok((tree, _)) => Answerer::Reference(Ready::Textbook(tree)),
                 Err(_) => continue,
             },
         };
@@ -133,7 +133,7 @@ fn generation_seconds(picture: &RenderSettings, mesh: &Mesh, settings: &Settings
 }
 
 enum Answerer<'a> {
-    Judge(Ready<'a>),
+    Reference(Ready<'a>),
     Scene(&'a Scene),
 }
 
@@ -154,11 +154,11 @@ impl Timed<'_> {
         answer
     }
 
-    fn judged(&self, judge: &Ready, rays: &[Ray]) -> Vec<Hit> {
-        match judge.cast(rays, &mut Visits::default(), self.observer) {
+    fn by_reference(&self, engine: &Ready, rays: &[Ray]) -> Vec<Hit> {
+        match engine.cast(rays, &mut Visits::default(), self.observer) {
             Ok(hits) => hits,
             Err(Error::Interrupted) => vec![Hit::MISS; rays.len()],
-            Err(error) => unreachable!("a judge can only be interrupted: {error}"),
+            Err(error) => unreachable!("a reference engine can only be interrupted: {error}"),
         }
     }
 }
@@ -166,14 +166,16 @@ impl Timed<'_> {
 impl Intersector for Timed<'_> {
     fn closest(&self, rays: &[Ray]) -> Vec<Hit> {
         self.timed(|| match &self.answerer {
-            Answerer::Judge(judge) => self.judged(judge, rays),
+            Answerer::Reference(engine) => self.by_reference(engine, rays),
             Answerer::Scene(scene) => scene.intersect(rays),
         })
     }
 
     fn occluded(&self, rays: &[Ray]) -> Vec<bool> {
         self.timed(|| match &self.answerer {
-            Answerer::Judge(judge) => self.judged(judge, rays).iter().map(Hit::is_hit).collect(),
+            Answerer::Reference(engine) => {
+                self.by_reference(engine, rays).iter().map(Hit::is_hit).collect()
+            }
             Answerer::Scene(scene) => scene.occluded(rays),
         })
     }

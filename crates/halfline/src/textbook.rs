@@ -59,7 +59,7 @@ pub enum Node {
 pub struct Visits {
     /// Cells that it comes to, leaves included.
     pub nodes: u64,
-    /// Those that are leaves.
+    /// Leaves that it comes to.
     pub leaves: u64,
     /// Triangles that it is tested against; one that lies in several leaves counts each time.
     pub triangles: u64,
@@ -278,7 +278,7 @@ impl KdTree<'_> {
         visits.nodes += 1;
         let (axis, plane, children) = match node {
             // At a leaf, test all triangles and return the closest hit. It may lie outside of the
-            // cell; whoever asked knows what to make of it.
+            // cell: the caller compares it with the plane.
             Node::Leaf { triangles } => {
                 let mut closest = Hit::MISS;
                 visits.leaves += 1;

@@ -24,7 +24,7 @@ pub struct Report<'a> {
 }
 
 impl Report<'_> {
-    /// All of it, as docs/explain.schema.json describes it.
+    /// The whole explanation, as docs/explain.schema.json describes it.
     pub fn to_json(&self) -> Value {
         json::of(self)
     }
@@ -35,7 +35,7 @@ impl Report<'_> {
     }
 
     /// A page to step through, which needs nothing but itself. In its drawing the axis `up` (0, 1 or 2) points
-    /// up, until somebody chooses another.
+    /// up, until the reader chooses another.
     pub fn to_page(&self, up: usize) -> String {
         let mut data = self.to_json();
         data["scenery"] = json!(scenery(self.mesh));

@@ -15,7 +15,7 @@ const WIDTH: usize = 96;
 /// Of a leaf's triangles that are missed so many are shown at most, those that are passed closest.
 const MISSES_SHOWN: usize = 6;
 
-/// All of it.
+/// The whole explanation as text.
 pub fn of(report: &Report) -> String {
     let explanation = report.explanation;
     let ray = &explanation.ray;

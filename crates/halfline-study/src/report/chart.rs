@@ -36,15 +36,15 @@ pub enum Marker {
 /// A measurement.
 #[derive(Clone, Debug)]
 pub struct Point {
-    /// Where.
+    /// The values on both axes.
     pub at: [f64; 2],
     /// Drawn open: not measured.
     pub is_open: bool,
-    /// What is told of it when somebody points there.
+    /// What a browser shows while the reader points at it.
     pub title: String,
 }
 
-/// What belongs together.
+/// Points of one engine, and the line through them.
 #[derive(Clone, Debug)]
 pub struct Series {
     /// How it looks.
@@ -62,9 +62,9 @@ pub struct Series {
 /// A vertical line.
 #[derive(Clone, Debug)]
 pub struct Guide {
-    /// Where.
+    /// Where it crosses the horizontal axis.
     pub at: f64,
-    /// What.
+    /// What it marks.
     pub label: String,
 }
 

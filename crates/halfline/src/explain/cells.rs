@@ -1,4 +1,4 @@
-//! The textbook's cells, split only where somebody comes: a tree over millions of triangles would take
+//! The textbook's cells, split only where a ray comes: a tree over millions of triangles would take
 //! minutes, and one ray sees a few dozen cells of it. They are those of
 //! [`KdTree::init_kd_tree`](crate::textbook::KdTree::init_kd_tree), to the bit.
 
@@ -16,7 +16,7 @@ use crate::textbook::{
 pub enum Side {
     /// The side of the lower coordinates.
     Below,
-    /// The other.
+    /// The side of the higher coordinates.
     Above,
 }
 
@@ -50,7 +50,7 @@ impl Cell {
 /// What is known of a cell.
 #[derive(Clone, Debug)]
 pub enum Content {
-    /// Nobody came here, so it was not split.
+    /// No ray came here, so it was not split.
     Unknown {
         /// The triangles that reach into it.
         triangles: Vec<u32>,

@@ -22,9 +22,9 @@ pub struct NearestMiss {
     pub test: TriangleTest,
     /// The distance between it and the ray, in the mesh's units, with the error of some roundings.
     pub distance: f64,
-    /// Where on the ray.
+    /// The t of the point on the ray that is nearest.
     pub t: f64,
-    /// The point there.
+    /// The point of the ray at that t.
     pub point_on_ray: Vec3,
     /// The point of the triangle nearest to it.
     pub point_on_face: Vec3,

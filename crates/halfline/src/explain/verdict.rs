@@ -37,12 +37,12 @@ pub enum Verdict {
     Hit(Hit),
     /// The ray's line meets it, but beyond `t_max`.
     Beyond {
-        /// Where.
+        /// The t at which the line meets it.
         t: f64,
     },
     /// The ray's line meets it, but before `t_min`.
     Behind {
-        /// Where.
+        /// The t at which the line meets it.
         t: f64,
     },
     /// The ray's line passes outside.
@@ -61,12 +61,12 @@ pub enum Verdict {
 /// A triangle that a ray was tested against.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TriangleTest {
-    /// Which.
+    /// The index of the face.
     pub face: u32,
     /// On which side of the edges b-c, c-a and a-b the line passes, exactly. It meets the triangle if no
     /// two of them are opposite, and not all are 0.
     pub edge_signs: [i8; 3],
-    /// What came of it.
+    /// How the test ended.
     pub verdict: Verdict,
 }
 

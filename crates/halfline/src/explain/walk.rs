@@ -1,4 +1,4 @@
-//! The textbook's walk, told step by step: [`KdTree::ray_tree_intersection`] once more, with the same
+//! The textbook's walk, step by step: [`KdTree::ray_tree_intersection`] once more, with the same
 //! comparisons in the same order, so that it comes to the same cells and counts.
 //!
 //! [`KdTree::ray_tree_intersection`]: crate::textbook::KdTree::ray_tree_intersection
@@ -88,11 +88,11 @@ pub enum Step {
         plane_touched: bool,
         /// The child on the side from which the half-line comes; where it is parallel, the one below.
         near: usize,
-        /// The other.
+        /// The child on the other side.
         far: usize,
         /// Where it goes next.
         enter: Visit,
-        /// What waits meanwhile.
+        /// What is pushed on the stack meanwhile.
         push: Option<Visit>,
     },
     /// A cell whose triangles are all tested.
@@ -104,9 +104,9 @@ pub enum Step {
         /// The closest hit in this leaf; it may lie outside of the cell.
         closest: Option<Hit>,
     },
-    /// What waited last is taken up.
+    /// What was pushed last is popped from the stack.
     Pop {
-        /// What waited.
+        /// What is popped.
         at: Visit,
         /// The closest hit in the near part.
         closest: Option<Hit>,
