@@ -47,7 +47,7 @@ impl Study {
         let each = self.shares.iter().map(|shares| {
             format!("{} {}", percent_of(shares.intersection()), by_whom(shares.engine))
         });
-        Some(format!("Intersection takes {} of a picture's time.", listed(each)))
+        Some(format!("Of a picture's time intersection takes {}.", listed(each)))
     }
 
     fn families_text(&self) -> Option<String> {

@@ -38,9 +38,9 @@ impl Rule {
     /// Where it splits a cell, in a few words.
     pub const fn description(self) -> &'static str {
         match self {
-            Rule::Middle => "in the middle of the cell",
-            Rule::Median => "so that each side gets half of the triangles",
-            Rule::SurfaceArea => "where the surface-area heuristic expects the least cost",
+            Rule::Middle => "In the middle of the cell",
+            Rule::Median => "So that each side gets half of the triangles",
+            Rule::SurfaceArea => "Where the surface-area heuristic expects the least cost",
         }
     }
 
