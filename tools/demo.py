@@ -14,7 +14,11 @@ from pathlib import Path
 from typing import Any
 
 TRIANGLES = 5_500_000
+ROOT = Path(__file__).resolve().parent.parent
 OUT = Path("out")
+
+# The command, without what no picture of a scan needs.
+BUILD = ["cargo", "build", "--release", "--locked", "--package", "halfline-cli"]
 
 
 def run(halfline: str, *arguments: str) -> dict[str, Any]:
