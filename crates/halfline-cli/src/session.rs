@@ -10,8 +10,8 @@ use serde_json::{Map, Value};
 
 use crate::failure::Failure;
 use crate::global_options::GlobalOptions;
-use crate::output;
 use crate::progress::{self, Progress};
+use crate::{left_out, output};
 
 /// Figures by name, in the order in which they are told.
 pub type Figures = Map<String, Value>;
@@ -75,7 +75,9 @@ impl Session {
 
     /// Reads a mesh, and tells how many seconds it took.
     pub fn load(&self, path: &Path) -> Result<(Mesh, f64), Failure> {
-        self.timed(Stage::Load, |observer| halfline_io::load(path, observer))
+        self.timed(Stage::Load, |observer| {
+            halfline_io::load(path, observer).map_err(left_out::explained)
+        })
     }
 
     /// Tells `figures` if JSON is wanted, otherwise `text`: always if it `is_the_result`, or

@@ -1,5 +1,6 @@
 //! A finished picture and its layers.
 
+#[cfg(feature = "exr")]
 mod exr;
 mod png;
 

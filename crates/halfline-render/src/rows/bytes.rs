@@ -213,6 +213,7 @@ mod tests {
                     assembled += 1;
                     picture.statistics.rays.total();
                     picture.write_png(Vec::new()).unwrap();
+                    #[cfg(feature = "exr")]
                     if at % 64 == 0 {
                         picture.write_exr(Cursor::new(Vec::new())).unwrap();
                     }

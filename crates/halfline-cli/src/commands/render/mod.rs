@@ -20,10 +20,13 @@ use crate::host::Host;
 use crate::session::{Figures, Session};
 use crate::source::Source;
 use crate::table::Table;
-use crate::{output, session, units};
+use crate::{left_out, output, session, units};
 
 /// Draws the picture.
 pub fn run(options: &Options, session: Session, host: Option<&dyn Host>) -> Result<(), Failure> {
+    if is_exr(&options.output) && !cfg!(feature = "exr") {
+        return Err(left_out::lacking("--output as .exr").into());
+    }
     output::check(&options.output, &[&options.mesh])?;
     let settings = options.picture.options.settings().map_err(Failure::Usage)?;
     let cluster = cluster::connect(options, host)?;
@@ -98,13 +101,17 @@ pub fn run(options: &Options, session: Session, host: Option<&dyn Host>) -> Resu
     session.tell(figures, text, false)
 }
 
+fn is_exr(path: &Path) -> bool {
+    output::extension(path).is_some_and(|e| e == "exr")
+}
+
 /// Writes the picture, and tells how many seconds it took.
 fn write(path: &Path, rendering: &Rendering, session: &Session) -> Result<f64, Failure> {
-    let is_exr = output::extension(path).is_some_and(|e| e == "exr");
     let ((), seconds) = session.timed(Stage::Write, |observer| {
-        output::write(path, observer, |file| match is_exr {
+        output::write(path, observer, |file| match is_exr(path) {
+            #[cfg(feature = "exr")]
             true => rendering.write_exr(file),
-            false => rendering.write_png(BufWriter::new(file)),
+            _ => rendering.write_png(BufWriter::new(file)),
         })
     })?;
     Ok(seconds)

@@ -1,9 +1,10 @@
-"""Throughput of halfline.dask on worker processes, against one process with as many threads.
+"""halfline.dask on one and two worker processes, against one process with as many threads.
 
-On the Stanford dragon: `intersect` over chunked rays, and a picture, on 1 and 2 worker processes of
-one thread each, by turns with one process without Dask that has 1 and 2 threads. The rays are made
-where they are cast, in either case within the time that counts; what comes back is how many hit. A
-row has medians of all turns, and how many bytes a client sends for the work.
+Run by `make bench-dask`. On the Stanford dragon: `intersect` over chunked rays, and a picture, on 1
+and 2 worker processes of one thread each, by turns with one process without Dask that has 1 and 2
+threads. The rays are made where they are cast, in either case within the time that counts; what
+comes back is how many hit. A row has medians of all turns, and how many bytes a client sends for
+the work.
 
 Needs the package `halfline` and data/ (`make data`).
 """
@@ -25,10 +26,10 @@ import dask.array as da
 import halfline
 import halfline.dask
 import numpy as np
+from common.harness import DRAGON, OUT, ToolError, print_table, processor
 from distributed import Client, LocalCluster
 from distributed.protocol.core import dumps
 from halfline import Scene
-from harness import DRAGON, OUT, ToolError, print_table, processor
 
 CHUNK_RAYS = 1_000_000
 PICTURE: dict[str, Any] = {"width": 960, "height": 540, "samples": 16, "up": "+Y"}
@@ -210,10 +211,6 @@ def main() -> int:
     try:
         measure(parser.parse_args())
     except (ToolError, OSError) as error:
-        print(f"dask_scaling.py: {error}", file=sys.stderr)
+        print(f"bench dask: {error}", file=sys.stderr)
         return 1
     return 0
-
-
-if __name__ == "__main__":
-    sys.exit(main())

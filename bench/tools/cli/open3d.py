@@ -1,7 +1,7 @@
-"""Measures Open3D in a process of its own; called by versus.py.
+"""Measures Open3D in a process of its own; run by `make bench-cli`.
 
-`rival_open3d.py MESH THREADS NAME=RAYS.npy ...` prints one JSON object. Without rays only the
-older reader, `open3d.io.read_triangle_mesh`, is measured; otherwise the newer one,
+`python bench tools.cli.open3d MESH THREADS NAME=RAYS.npy ...` prints one JSON object. Without rays
+only the older reader, `open3d.io.read_triangle_mesh`, is measured; otherwise the newer one,
 `open3d.t.io.read_triangle_mesh`, whose mesh the ray caster takes.
 """
 
@@ -11,13 +11,14 @@ import sys
 
 import numpy as np
 import open3d
-from rival import Clock, Report, resident_bytes
+from common.process import Clock, resident_bytes
+from tools.cli.report import Report
 
 
 def main() -> None:
     """Loads, builds, traces, reports."""
     mesh_path, threads, rays_of = sys.argv[1], int(sys.argv[2]), sys.argv[3:]
-    report = Report(f"Open3D {open3d.__version__}", threads)
+    report = Report("open3d", f"Open3D {open3d.__version__}", threads)
 
     if not rays_of:
         with Clock() as load:
@@ -49,7 +50,3 @@ def main() -> None:
         faces[faces == scene.INVALID_ID] = -1
         report.add_trace(name, trace.seconds, faces, path)
     report.print()
-
-
-if __name__ == "__main__":
-    main()

@@ -1,11 +1,10 @@
-#!/usr/bin/env python3
-"""What a ray costs as meshes grow from a thousand to ten million triangles; run by `make growth`.
+"""What a ray costs as meshes grow from a thousand to ten million triangles.
 
-A generated scan and a soup, at nine sizes each; rays of a camera and random chords; one thread,
-pinned, in CPU time, halfline against Embree in the quickest of its configurations, robust ones
-left out. What a ray looks at is counted beside the time: counts tell what a tree does, time tells
-what memory makes of it. Prints a table for each kind of mesh, and writes bench/out/growth.json
-and a chart, bench/out/growth.svg.
+Run by `make bench-growth`. A generated scan and a soup, at nine sizes each; rays of a camera and
+random chords; one thread, pinned, in CPU time, halfline against Embree in the quickest of its
+configurations, robust ones left out. What a ray looks at is counted beside the time: counts tell
+what a tree does, time tells what memory makes of it. Prints a table for each kind of mesh, and
+writes bench/out/growth.json and a chart, bench/out/growth.svg.
 """
 
 from __future__ import annotations
@@ -15,9 +14,9 @@ import json
 import sys
 from typing import Any
 
-import growth_chart
-from harness import OUT, ToolError, print_table
-from peers_program import COUNTS, EMBREE, HALFLINE, Program, cells_of
+import charts.growth
+from common.embree_program import COUNTS, EMBREE, HALFLINE, Program, cells_of
+from common.harness import OUT, ToolError, print_table
 
 FAMILIES = ("scan", "soup")
 SIZES = [step * 10**power for power in range(3, 7) for step in (1, 3)] + [10**7]
@@ -77,7 +76,7 @@ def grow(options: argparse.Namespace) -> None:
             wanted = [row for row in figures if (row["family"], row["rays"]) == (family, rays)]
             print_figures(family, rays, wanted)
     (OUT / "growth.json").write_text(json.dumps(figures, indent=1) + "\n", encoding="utf-8")
-    growth_chart.write()
+    charts.growth.main()
     print("\nEverything is in bench/out: growth.json, and a chart, growth.svg.")
 
 
@@ -91,10 +90,6 @@ def main() -> int:
     try:
         grow(parser.parse_args())
     except (ToolError, OSError) as error:
-        print(f"growth.py: {error}", file=sys.stderr)
+        print(f"bench growth: {error}", file=sys.stderr)
         return 1
     return 0
-
-
-if __name__ == "__main__":
-    sys.exit(main())

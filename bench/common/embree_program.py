@@ -12,12 +12,12 @@ from pathlib import Path
 from statistics import median
 from typing import Any
 
-from harness import OUT, ROOT, ToolError, make_environment, run
+from common.harness import OUT, ROOT, ToolError, make_environment, run
 
 # What the program calls the one who answers.
 HALFLINE, EMBREE, ROBUST, OBVHS = "halfline", "embree", "embree_robust", "obvhs"
 
-# What it counts, which does not depend on the machine's mood.
+# What it counts, which does not depend on the machine's noise.
 COUNTS = ("nodes_per_ray", "leaves_per_ray", "cache_lines_per_ray", "exact_per_ray")
 
 

@@ -1,5 +1,4 @@
-#!/usr/bin/env python3
-"""The chart of `make growth`: time and counts per ray over triangles, from bench/out/growth.json.
+"""The chart of `make bench-growth`: time and counts per ray over triangles.
 
 Both axes are logarithmic, so that a power of n is a straight line and log n bends towards flat.
 """
@@ -12,8 +11,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from harness import OUT
-from svg import FAINT, HALFLINE, INK, RIVAL, LogAxis, dot, line, page, text
+from common.harness import OUT
+
+from charts.svg import FAINT, HALFLINE, INK, RIVAL, LogAxis, dot, line, page, text
 
 LEFT, TOP, WIDTH, HEIGHT = 62, 64, 270, 210
 ACROSS, DOWN = WIDTH + 178, HEIGHT + 76
@@ -153,11 +153,7 @@ def chart(figures: list[dict[str, Any]]) -> str:
     return page(width, TOP + len(ROWS) * DOWN - 20, title, parts)
 
 
-def write() -> None:
+def main() -> None:
     """Reads the figures, and draws them as bench/out/growth.svg."""
     figures = json.loads((OUT / "growth.json").read_text(encoding="utf-8"))
     (OUT / "growth.svg").write_text(chart(figures), encoding="utf-8")
-
-
-if __name__ == "__main__":
-    write()

@@ -1,8 +1,7 @@
-#!/usr/bin/env python3
 """halfline's Python package against trimesh + embreex and Open3D, as NumPy users have them.
 
-Run by `make bench-python`. Every measurement is a process of its own, and the tools take turns;
-medians are printed, and everything measured goes to bench/out/python.json. All tools get the same
+Run by `make bench-numpy`. Every measurement is a process of its own, and the tools take turns;
+medians are printed, and everything measured goes to bench/out/numpy.json. All tools get the same
 arrays: vertices and faces, and single-precision rays. embreex knows one thread only; the others get
 as many as --threads says. What the tools find is compared, too.
 """
@@ -14,7 +13,6 @@ import gzip
 import json
 import os
 import platform
-import subprocess
 import sys
 from pathlib import Path
 from statistics import median
@@ -22,7 +20,18 @@ from typing import Any
 
 import halfline
 import numpy as np
-from harness import DRAGON, OUT, ROOT, ToolError, make_environment, print_table, processor, run
+from common.harness import (
+    DRAGON,
+    OUT,
+    ROOT,
+    ToolError,
+    apart,
+    make_environment,
+    print_table,
+    processor,
+    run,
+    tool_command,
+)
 
 SCAN_TRIANGLES = 5_500_000
 SIDE = 1000
@@ -131,7 +140,7 @@ def print_figures(mesh: str, triangles: int, figures: dict[str, Figures]) -> Non
 
 
 def main() -> int:
-    """Prepares, measures, prints, and writes bench/out/python.json."""
+    """Prepares, measures, prints, and writes bench/out/numpy.json."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--threads", type=int, default=os.cpu_count() or 1)
     parser.add_argument("--repetitions", type=int, default=3, help="processes of each tool")
@@ -147,35 +156,21 @@ def main() -> int:
             print(f"{name} is left out: {error}")
     results = {}
     for mesh in options.mesh or ("dragon", "scan"):
-        # In a process of its own: Linux lets the measured ones inherit this one's peak.
-        prepared = subprocess.run(
-            [sys.executable, __file__, "--prepare", mesh],
-            capture_output=True,
-            text=True,
-            check=True,
-        )
-        arrays, rays, triangles = json.loads(prepared.stdout)
+        arrays, rays, triangles = apart(prepare, mesh)
         runs: dict[str, list[Figures]] = {}
         for repetition in range(options.repetitions):
             for name, (python, key) in pythons.items():
                 print(f"{mesh}: {name}, run {repetition + 1} of {options.repetitions}", flush=True)
-                script = ROOT / "bench" / f"caster_{key}.py"
-                done = run([python, script, arrays, str(options.threads), rays], options.threads)
+                threads = options.threads
+                tool = tool_command(python, f"numpy.{key}", arrays, str(threads), rays)
+                done = run(tool, threads)
                 runs.setdefault(name, []).append(json.loads(done.stdout.splitlines()[-1]))
         figures = {name: medians(found) for name, found in runs.items()}
         print_figures(mesh, triangles, figures)
         results[mesh] = {"triangles": triangles, "medians": figures, "runs": runs}
     machine = {"processor": processor(), "cores": os.cpu_count(), "system": platform.platform()}
     answer = {"machine": machine, "left_out": left_out, "meshes": results}
-    output = OUT / "python.json"
+    output = OUT / "numpy.json"
     output.write_text(json.dumps(answer, indent=1) + "\n", encoding="utf-8")
     print(f"Everything measured is in {output.relative_to(ROOT)}")
     return 0
-
-
-if __name__ == "__main__":
-    if sys.argv[1:2] == ["--prepare"]:
-        arrays_path, rays_path, count = prepare(sys.argv[2])
-        print(json.dumps([str(arrays_path), str(rays_path), count]))
-        sys.exit(0)
-    sys.exit(main())

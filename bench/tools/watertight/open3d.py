@@ -1,9 +1,9 @@
-"""Casts rays with Open3D in a process of its own; called by aimed_rays.py.
+"""Casts rays with Open3D in a process of its own; run by `make bench-watertight`.
 
-`aim_open3d.py MESH RAYS.npy HITS.npz` writes `hit` (n,) and `crossings` (n,), of `cast_rays` and
-`count_intersections`, and `point` (n, 3), the ray at the t of `cast_rays`, computed in double
-precision, NaN for a miss. Open3D takes rays and vertices in single precision only, and makes its
-Embree scene with the robust flag.
+`python bench tools.watertight.open3d MESH RAYS.npy HITS.npz` writes `hit` (n,) and `crossings`
+(n,), of `cast_rays` and `count_intersections`, and `point` (n, 3), the ray at the t of `cast_rays`,
+computed in double precision, NaN for a miss. Open3D takes rays and vertices in single precision
+only, and makes its Embree scene with the robust flag.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ import sys
 
 import numpy as np
 import open3d
-from rival import Clock
+from common.process import Clock
 
 
 def main() -> None:
@@ -42,7 +42,3 @@ def main() -> None:
     np.savez(hits_path, hit=hit, crossings=crossings, point=point)
     tool = f"Open3D {open3d.__version__}, robust"
     print(json.dumps({"tool": tool, "closest": closest.seconds, "all": all_hits.seconds}))
-
-
-if __name__ == "__main__":
-    main()

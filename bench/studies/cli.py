@@ -1,9 +1,8 @@
-#!/usr/bin/env python3
 """halfline against trimesh + embreex and Open3D: load, build, trace, memory.
 
-Run by `make bench`. Every measurement is a process of its own; the tools take turns, so that a
+Run by `make bench-cli`. Every measurement is a process of its own; the tools take turns, so that a
 machine whose speed drifts treats all alike; medians are printed, and everything measured goes to
-bench/out/versus.json. All tools read the same files and cast the same rays, on the same number of
+bench/out/cli.json. All tools read the same files and cast the same rays, on the same number of
 threads (trimesh + embreex knows only one). A rival that cannot be installed or run is named.
 """
 
@@ -12,25 +11,32 @@ from __future__ import annotations
 import argparse
 import gzip
 import json
-import multiprocessing
 import os
 import platform
 import shutil
-import sys
-from collections.abc import Callable
-from concurrent.futures import ProcessPoolExecutor
 from pathlib import Path
 from statistics import median
-from typing import Any, ParamSpec, TypeVar
+from typing import Any
 
 import numpy as np
-from harness import DRAGON, OUT, ROOT, ToolError, make_environment, print_table, processor, run
+from common.harness import (
+    DRAGON,
+    OUT,
+    ROOT,
+    ToolError,
+    apart,
+    print_table,
+    processor,
+    python_of,
+    run,
+    tool_command,
+)
 
 SCAN_TRIANGLES = 5_500_000
 RAYS = ("primary", "random")
 LOAD_CLAIM = 3.0
 
-# What each rival is called here, the key of its script, environment and lock file, and whether
+# What each rival is called here, the key of its module, environment and lock file, and whether
 # only its older mesh reader is meant.
 RIVALS = (
     ("trimesh + embreex", "embreex", False),
@@ -38,19 +44,7 @@ RIVALS = (
     ("Open3D, older reader", "open3d", True),
 )
 
-P = ParamSpec("P")
-T = TypeVar("T")
-
 Figures = dict[str, Any]
-
-
-def apart(function: Callable[P, T], *arguments: P.args, **options: P.kwargs) -> T:
-    """Calls a function in a process of its own.
-
-    Linux lets a process inherit the peak of the one that starts it, so this one must stay small.
-    """
-    with ProcessPoolExecutor(1, multiprocessing.get_context("spawn")) as pool:
-        return pool.submit(function, *arguments, **options).result()
 
 
 class Halfline:
@@ -95,15 +89,15 @@ class Rival:
 
     def __init__(self, name: str, key: str, *, legacy_reader: bool = False) -> None:
         self.name = name
-        self.script = ROOT / "bench" / f"rival_{key}.py"
+        self.key = key
         self.legacy_reader = legacy_reader
-        self.python = make_environment(key) / "bin" / "python"
-        run([self.python, "-c", f"import {key}"], 1)
+        self.python = python_of(key)
 
     def measure(self, mesh: Path, rays: dict[str, Path], threads: int) -> list[Figures]:
         """One process that loads, builds, and casts all rays."""
         arguments = [] if self.legacy_reader else [f"{kind}={path}" for kind, path in rays.items()]
-        done = run([self.python, self.script, mesh, str(threads), *arguments], threads)
+        tool = tool_command(self.python, f"cli.{self.key}", mesh, str(threads), *arguments)
+        done = run(tool, threads)
         report: Figures = json.loads(done.stdout.splitlines()[-1])
         if self.legacy_reader:
             report["tool"] += ", older reader"
@@ -282,7 +276,7 @@ def compare(
 
 
 def main() -> int:
-    """Prepares, measures, prints, and writes bench/out/versus.json."""
+    """Prepares, measures, prints, and writes bench/out/cli.json."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--halfline", type=Path, required=True, help="the built command")
     parser.add_argument("--threads", type=int, default=1, help="threads for every tool")
@@ -306,11 +300,7 @@ def main() -> int:
         print(f"The claim of {LOAD_CLAIM:.0f} times {verdict}.")
     machine = {"processor": processor(), "cores": os.cpu_count(), "system": platform.platform()}
     answer = {"machine": machine, "left_out": missing, "meshes": results}
-    output = OUT / "versus.json"
+    output = OUT / "cli.json"
     output.write_text(json.dumps(answer, indent=1) + "\n", encoding="utf-8")
     print(f"Everything measured is in {output.relative_to(ROOT)}")
     return 0
-
-
-if __name__ == "__main__":
-    sys.exit(main())

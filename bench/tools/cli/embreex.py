@@ -1,7 +1,7 @@
-"""Measures trimesh with embreex in a process of its own; called by versus.py.
+"""Measures trimesh with embreex in a process of its own; run by `make bench-cli`.
 
-`rival_embreex.py MESH THREADS NAME=RAYS.npy ...` prints one JSON object. Embree is called through
-trimesh's own `intersects_first`, which works on one thread whatever THREADS is.
+`python bench tools.cli.embreex MESH THREADS NAME=RAYS.npy ...` prints one JSON object. Embree is
+called through trimesh's own `intersects_first`, which works on one thread whatever THREADS is.
 """
 
 from __future__ import annotations
@@ -13,13 +13,16 @@ from typing import Any
 import embreex
 import numpy as np
 import trimesh
-from rival import Clock, Report, resident_bytes
+from common.process import Clock, resident_bytes
+from tools.cli.report import Report
 
 
 def main() -> None:
     """Loads, builds, traces, reports."""
     mesh_path, _, rays_of = Path(sys.argv[1]), int(sys.argv[2]), sys.argv[3:]
-    report = Report(f"trimesh {trimesh.__version__} + embreex {embreex.__version__}", threads=1)
+    report = Report(
+        "embreex", f"trimesh {trimesh.__version__} + embreex {embreex.__version__}", threads=1
+    )
 
     with Clock() as load:
         # Without processing: trimesh would merge equal vertices, which nobody else does.
@@ -41,7 +44,3 @@ def main() -> None:
             faces = mesh.ray.intersects_first(origins, directions)
         report.add_trace(name, trace.seconds, np.asarray(faces, dtype=np.int64), path)
     report.print()
-
-
-if __name__ == "__main__":
-    main()

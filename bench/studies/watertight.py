@@ -1,9 +1,8 @@
-#!/usr/bin/env python3
 """Rays aimed at vertices and edges from inside: halfline, trimesh + embreex and Open3D.
 
-Run by `make leaks`. From inside a closed surface every ray hits, and crosses it an odd number of
-times; a ray that hits nothing leaked. The same rays, in single precision, which all tools take,
-go through every tool on the same mesh. Each mesh is aimed at from the first point inside that
+Run by `make bench-watertight`. From inside a closed surface every ray hits, and crosses it an odd
+number of times; a ray that hits nothing leaked. The same rays, in single precision, which all tools
+take, go through every tool on the same mesh. Each mesh is aimed at from the first point inside that
 `halfline doctor` finds, its middle if that is inside, at every vertex and every edge's middle,
 and from three more points at a third of them each.
 
@@ -11,30 +10,38 @@ Then a sphere of radius 1 lies where maps put it, at (500000, 5400000, 100) metr
 double precision. The truth is computed in double precision with the sphere moved back to the
 origin, which loses nothing; told is how far from it each tool's hits lie.
 
-Everything goes to bench/out/aimed_rays.json.
+Everything goes to bench/out/watertight.json.
 """
 
 from __future__ import annotations
 
 import argparse
 import json
-import sys
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from harness import OUT, ROOT, ToolError, print_table, processor, run
+from common.harness import (
+    OUT,
+    ROOT,
+    ToolError,
+    print_table,
+    processor,
+    python_of,
+    run,
+    tool_command,
+)
 from numpy.typing import NDArray
-from versus import Figures, Rival
 
 Floats = NDArray[np.floating[Any]]
 Ints = NDArray[np.int64]
+Figures = dict[str, Any]
 Arrays = dict[str, NDArray[Any]]
 
 MAP_ORIGIN = np.array([500_000.0, 5_400_000.0, 100.0])
-RIVALS = {"embreex": "trimesh + embreex", "open3d": "Open3D"}
+RIVALS = ("embreex", "open3d")
 TOOLS = ["halfline", *RIVALS]
 
 # What a tool says of rays: arrays hit, crossings, point; and its name and times.
@@ -155,15 +162,14 @@ def halfline_caster(binary: Path, threads: int) -> Caster:
     return cast
 
 
-def rival_caster(name: str, key: str, threads: int) -> Caster:
+def rival_caster(key: str, threads: int) -> Caster:
     """A library, in an environment and a process of its own."""
-    rival = Rival(name, key)
-    script = ROOT / "bench" / f"aim_{key}.py"
+    python = python_of(key)
 
     def cast(mesh: Path, rays: Floats) -> tuple[Arrays, Figures]:
         rays_path, hits_path = OUT / "aimed.npy", OUT / f"aimed-{key}.npz"
         np.save(rays_path, rays)
-        done = run([rival.python, script, mesh, rays_path, hits_path], threads)
+        done = run(tool_command(python, f"watertight.{key}", mesh, rays_path, hits_path), threads)
         with np.load(hits_path) as hits:
             return dict(hits), json.loads(done.stdout.splitlines()[-1])
 
@@ -297,7 +303,7 @@ def measure_map_errors(tools: dict[str, Caster], count: int) -> Any:
 
 
 def main() -> int:
-    """Prepares meshes and tools, casts, prints, and writes bench/out/aimed_rays.json."""
+    """Prepares meshes and tools, casts, prints, and writes bench/out/watertight.json."""
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
@@ -319,7 +325,7 @@ def main() -> int:
             if key == "halfline":
                 tools[key] = halfline_caster(binary, options.threads)
             else:
-                tools[key] = rival_caster(RIVALS[key], key, options.threads)
+                tools[key] = rival_caster(key, options.threads)
         except ToolError as error:  # noqa: PERF203
             left_out[key] = str(error)
             print(f"{key} is left out: {error}")
@@ -344,11 +350,7 @@ def main() -> int:
         "meshes": results,
         "map_coordinates": maps,
     }
-    output = OUT / "aimed_rays.json"
+    output = OUT / "watertight.json"
     output.write_text(json.dumps(answer, indent=1) + "\n", encoding="utf-8")
     print(f"\nEverything counted is in {output.relative_to(ROOT)}")
     return 0
-
-
-if __name__ == "__main__":
-    sys.exit(main())

@@ -1,13 +1,12 @@
-#!/usr/bin/env python3
-"""From a file to a picture: `halfline render` against VTK's software rasteriser; `make picture`.
+"""From a file to a picture: `halfline render` against VTK's software rasteriser.
 
-Both read the generated scan of 5.2 million triangles from binary PLY, look at it the same way, and
-write a PNG of 1280 x 720; halfline takes one sample a pixel, and casts shadows and looks at how
-hidden a place is besides, which VTK does not. VTK is asked through PyVista, off-screen, and draws
-with Mesa on the processor, on as many threads as it likes; so does halfline. What is measured is
-each whole process on the wall, in turns, medians, after one turn that does not count; told is also
-what PyVista needs without importing itself. Writes bench/out/picture.json and the two pictures,
-picture-halfline.png and picture-pyvista.png.
+Run by `make bench-vtk`. Both read the generated scan of 5.2 million triangles from binary PLY, look
+at it the same way, and write a PNG of 1280 x 720; halfline takes one sample a pixel, and casts
+shadows and looks at how hidden a place is besides, which VTK does not. VTK is asked through
+PyVista, off-screen, and draws with Mesa on the processor, on as many threads as it likes; so does
+halfline. What is measured is each whole process on the wall, in turns, medians, after one turn that
+does not count; told is also what PyVista needs without importing itself. Writes bench/out/vtk.json
+and the two pictures, vtk-halfline.png and vtk-pyvista.png.
 """
 
 from __future__ import annotations
@@ -23,8 +22,17 @@ from pathlib import Path
 from statistics import median
 from typing import Any
 
-from harness import OUT, ROOT, ToolError, make_environment, print_table, processor, run
-from peers_program import spread
+from common.embree_program import spread
+from common.harness import (
+    OUT,
+    ROOT,
+    ToolError,
+    make_environment,
+    print_table,
+    processor,
+    run,
+    tool_command,
+)
 
 TRIANGLES = 5_200_000
 SIZE = "1280,720"
@@ -61,20 +69,20 @@ def halfline_command(halfline: Path, mesh: Path, view: dict[str, Any]) -> Comman
     camera = ["--up", "+Z", "--camera-position", vector("position")]
     camera += ["--camera-focal-point", vector("focal_point")]
     camera += ["--camera-view-angle", str(view["angle_degrees"])]
-    output = ["-o", str(OUT / "picture-halfline.png"), "--resolution", SIZE, "--samples", "1"]
+    output = ["-o", str(OUT / "vtk-halfline.png"), "--resolution", SIZE, "--samples", "1"]
     return [halfline, "render", mesh, *output, *camera, *preset, "--json", "--quiet"]
 
 
 def pyvista_command(mesh: Path, view: dict[str, Any]) -> Command:
     """Draws the mesh with PyVista, in the first way that works here."""
     python = make_environment("pyvista") / "bin" / "python"
-    picture = OUT / "picture-pyvista.png"
+    picture = OUT / "vtk-pyvista.png"
     reason = ""
     for window in WINDOWS:
         # On the processor, even where there is something better.
         variables = [f"VTK_DEFAULT_OPENGL_WINDOW={window}", "LIBGL_ALWAYS_SOFTWARE=1"]
-        script = [ROOT / "bench" / "rival_pyvista.py", mesh, picture]
-        command: Command = ["env", *variables, python, *script, json.dumps(view), SIZE]
+        drawing = tool_command(python, "vtk.pyvista", mesh, picture, json.dumps(view), SIZE)
+        command: Command = ["env", *variables, *drawing]
         try:
             timed(command)
         except ToolError as error:
@@ -142,7 +150,7 @@ def race(options: argparse.Namespace) -> None:
         answer["ratio_without_import"] = without / medians["halfline"]
         print(f"PyVista takes {answer['ratio']:.2f} times as long as halfline,", end=" ")
         print(f"{answer['ratio_without_import']:.2f} times without importing itself.")
-    output = OUT / "picture.json"
+    output = OUT / "vtk.json"
     output.write_text(
         json.dumps({**answer, "medians": medians, "turns": turns}, indent=1) + "\n",
         encoding="utf-8",
@@ -158,10 +166,6 @@ def main() -> int:
     try:
         race(parser.parse_args())
     except (ToolError, OSError) as error:
-        print(f"picture.py: {error}", file=sys.stderr)
+        print(f"bench vtk: {error}", file=sys.stderr)
         return 1
     return 0
-
-
-if __name__ == "__main__":
-    sys.exit(main())

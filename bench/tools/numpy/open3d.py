@@ -6,7 +6,7 @@ import sys
 
 import numpy as np
 import open3d
-from caster import Array, Caster, measure
+from tools.numpy.caster import Array, Caster, measure
 
 core = open3d.core
 
@@ -48,5 +48,6 @@ class Open3d(Caster):
         return np.asarray(counts, dtype=np.int64)
 
 
-if __name__ == "__main__":
+def main() -> None:
+    """Measures it."""
     measure(Open3d())

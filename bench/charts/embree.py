@@ -1,7 +1,7 @@
-#!/usr/bin/env python3
-"""The chart of README: ratios to Embree's best, cell by cell, from bench/out/peers.json.
+"""The chart of README: ratios to Embree's best, cell by cell, from bench/out/embree.json.
 
-`make peers` makes it last. Rates are a logarithmic axis: twice as fast is as far from 1 as half.
+`make bench-embree` makes it last. Rates are a logarithmic axis: twice as fast is as far from 1 as
+half.
 """
 
 from __future__ import annotations
@@ -9,8 +9,9 @@ from __future__ import annotations
 import json
 from typing import Any
 
-from harness import OUT
-from svg import FAINT, HALFLINE, INK, RIVAL, LogAxis, dot, line, page, text
+from common.harness import OUT
+
+from charts.svg import FAINT, HALFLINE, INK, RIVAL, LogAxis, dot, line, page, text
 
 LEFT, TOP, ROW, GAP, WIDTH = 150, 58, 17, 26, 470
 AXIS = LogAxis(lowest=0.1, highest=10.0, start=LEFT, end=LEFT + WIDTH)
@@ -52,13 +53,9 @@ def chart(cells: list[dict[str, Any]]) -> str:
     return page(LEFT + WIDTH + 30, height, title, parts)
 
 
-def write() -> None:
-    """Reads the cells, and draws those of the fewest threads as bench/out/peers.svg."""
-    cells = json.loads((OUT / "peers.json").read_text(encoding="utf-8"))
+def main() -> None:
+    """Reads the cells, and draws those of the fewest threads as bench/out/embree.svg."""
+    cells = json.loads((OUT / "embree.json").read_text(encoding="utf-8"))
     fewest = min(cell["threads"] for cell in cells)
     drawn = chart([cell for cell in cells if cell["threads"] == fewest])
-    (OUT / "peers.svg").write_text(drawn, encoding="utf-8")
-
-
-if __name__ == "__main__":
-    write()
+    (OUT / "embree.svg").write_text(drawn, encoding="utf-8")

@@ -1,18 +1,18 @@
-#!/usr/bin/env python3
-"""halfline against Embree 4, ray by ray kind, on the same meshes; run by `make peers`.
+"""halfline against Embree 4, ray by ray kind, on the same meshes.
 
-Embree is the library inside PyPI's embreex wheel, called through its C interface by the program in
-bench/peers, in every configuration: medium and high quality, single rays and packets of 16 with
-either flag, robust or not. Each cell is held against the best of those that are not robust, though
-halfline is. obvhs, a tree library from crates.io, is asked as well, with both of its trees.
+Run by `make bench-embree`. Embree is the library inside PyPI's embreex wheel, called through its C
+interface by the program in bench/peers, in every configuration: medium and high quality, single
+rays and packets of 16 with either flag, robust or not. Each cell is held against the best of those
+that are not robust, though halfline is. obvhs, a tree library from crates.io, is asked as well,
+with both of its trees.
 
 The tools take turns within one process, and the process is launched several times: printed are
 medians over all turns, and how far they lie apart. One thread is pinned to a core and measured in
 the CPU time of the process, several are measured on the wall.
 
 The meshes are the bunny, the Stanford dragon and three generated ones. Prints a table for each
-mesh, what the trees cost, and how it all ends; writes bench/out/peers.json, a chart of it,
-peers.svg, and what the trees cost, peers-builds.json.
+mesh, what the trees cost, and how it all ends; writes bench/out/embree.json, a chart of it,
+embree.svg, and what the trees cost, embree-builds.json.
 """
 
 from __future__ import annotations
@@ -27,9 +27,8 @@ from pathlib import Path
 from statistics import median
 from typing import Any
 
-import peers_chart
-from harness import DRAGON, OUT, ROOT, ToolError, print_table, run
-from peers_program import (
+import charts.embree
+from common.embree_program import (
     COUNTS,
     EMBREE,
     HALFLINE,
@@ -41,6 +40,7 @@ from peers_program import (
     builds_of,
     cells_of,
 )
+from common.harness import DRAGON, OUT, ROOT, ToolError, print_table, run
 
 FILES = {
     "bunny": ROOT / "data" / "stl-models" / "objects" / "bunny.bin.stl",
@@ -65,7 +65,7 @@ def prepare(halfline: Path, mesh: str) -> Path:
 
 
 def figures(mesh: str, threads: int, cell: Cell, work: dict[str, float]) -> dict[str, Any]:
-    """A cell as peers.json holds it; rates are Mrays/s."""
+    """A cell as embree.json holds it; rates are Mrays/s."""
     ours, theirs = cell.best(HALFLINE), cell.best(EMBREE)
     assert ours is not None
     assert theirs is not None
@@ -242,15 +242,15 @@ def compare(options: argparse.Namespace) -> None:
     least = math.floor(min(cell["agreement"] for cell in every) * 1e4) / 1e4
     print(f"\nAll tools find halfline's places for at least {least:.2%} of the rays of each cell.")
 
-    write("peers.json", every)
+    write("embree.json", every)
     costs = [
         {"mesh": mesh, "triangles": sizes[mesh], "threads": threads, **asdict(build)}
         for (mesh, threads), found in builds.items()
         for build in found.values()
     ]
-    write("peers-builds.json", costs)
-    peers_chart.write()
-    print("Everything is in bench/out: peers.json, peers-builds.json, and a chart, peers.svg.")
+    write("embree-builds.json", costs)
+    charts.embree.main()
+    print("Everything is in bench/out: embree.json, embree-builds.json, and a chart, embree.svg.")
 
 
 def write(name: str, values: list[dict[str, Any]]) -> None:
@@ -272,10 +272,6 @@ def main() -> int:
     try:
         compare(parser.parse_args())
     except (ToolError, OSError) as error:
-        print(f"peers.py: {error}", file=sys.stderr)
+        print(f"bench embree: {error}", file=sys.stderr)
         return 1
     return 0
-
-
-if __name__ == "__main__":
-    sys.exit(main())

@@ -1,7 +1,8 @@
-"""Draws a mesh with PyVista off-screen in a process of its own; called by picture.py.
+"""Draws a mesh with PyVista off-screen in a process of its own; run by `make bench-vtk`.
 
-`rival_pyvista.py MESH PICTURE.png VIEW WIDTH,HEIGHT` prints one JSON object. VIEW is what `halfline
-generate --json` says of the view. Nothing of VTK's looks is changed but the background.
+`python bench tools.vtk.pyvista MESH PICTURE.png VIEW WIDTH,HEIGHT` prints one JSON object. VIEW is
+what `halfline generate --json` says of the view. Nothing of VTK's looks is changed but the
+background.
 """
 
 from __future__ import annotations
@@ -43,7 +44,3 @@ def main() -> None:
         "draw_seconds": drawn - read,
     }
     print(json.dumps(report))
-
-
-if __name__ == "__main__":
-    main()

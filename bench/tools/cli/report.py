@@ -1,10 +1,8 @@
-"""What the processes that measure a rival share."""
+"""What a library's process of `make bench-cli` reports."""
 
 from __future__ import annotations
 
 import json
-import sys
-import time
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any
@@ -12,32 +10,12 @@ from typing import Any
 import numpy as np
 
 
-class Clock:
-    """Measures the wall time of a `with` block."""
-
-    seconds: float
-
-    def __enter__(self) -> Clock:
-        self._begin = time.perf_counter()
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self.seconds = time.perf_counter() - self._begin
-
-
-def resident_bytes() -> int:
-    """How much memory this process holds now; 0 where the system does not tell."""
-    try:
-        pages = int(Path("/proc/self/statm").read_text(encoding="ascii").split()[1])
-    except FileNotFoundError:
-        return 0
-    return pages * 4096
-
-
 @dataclass
 class Report:
     """What one process found out."""
 
+    key: str
+    """Of the library: open3d."""
     tool: str
     threads: int
     triangles: int = 0
@@ -54,10 +32,10 @@ class Report:
     ) -> None:
         """Notes how long the rays took, and keeps what they hit beside them."""
         self.trace_seconds[name] = seconds
-        path = Path(rays_path).with_suffix(f".{Path(sys.argv[0]).stem}.npy")
+        path = Path(rays_path).with_suffix(f".{self.key}.npy")
         np.save(path, faces)
         self.faces[name] = str(path)
 
     def print(self) -> None:
-        """Writes the report to stdout, where versus.py reads its last line."""
+        """Writes the report to stdout, where the study reads its last line."""
         print(json.dumps(asdict(self)))

@@ -7,7 +7,7 @@ from typing import Any
 import embreex
 import numpy as np
 import trimesh
-from caster import Array, Caster, measure
+from tools.numpy.caster import Array, Caster, measure
 
 
 class Embreex(Caster):
@@ -39,5 +39,6 @@ class Embreex(Caster):
         return np.bincount(rays, minlength=len(origins))
 
 
-if __name__ == "__main__":
+def main() -> None:
+    """Measures it."""
     measure(Embreex())

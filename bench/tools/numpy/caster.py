@@ -1,8 +1,8 @@
-"""What a process does that measures a Python library which casts rays; called by python.py.
+"""What a process does that measures a Python library which casts rays; run by `make bench-numpy`.
 
-`caster_NAME.py MESH.npz THREADS RAYS.npz` prints one JSON object. Every library does the same:
-it builds from arrays, casts the same single-precision rays, and is then interrupted by Ctrl-C in a
-long call, while another thread counts how often it gets its turn.
+`python bench tools.numpy.NAME MESH.npz THREADS RAYS.npz` prints one JSON object. Every library
+does the same: it builds from arrays, casts the same single-precision rays, and is then interrupted
+by Ctrl-C in a long call, while another thread counts how often it gets its turn.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from statistics import median
 from typing import Any
 
 import numpy as np
-from rival import Clock, resident_bytes
+from common.process import Clock, resident_bytes
 
 Array = np.ndarray[Any, Any]
 

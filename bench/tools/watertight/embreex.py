@@ -1,8 +1,9 @@
-"""Casts rays with trimesh and embreex in a process of its own; called by aimed_rays.py.
+"""Casts rays with trimesh and embreex in a process of its own; run by `make bench-watertight`.
 
-`aim_embreex.py MESH RAYS.npy HITS.npz` writes `hit` (n,) and `crossings` (n,), of trimesh's
-`intersects_first` and `intersects_id`, and `point` (n, 3), of `intersects_location`, NaN for a
-miss. Embree's scene is made as trimesh makes it; embreex then sets Embree's robust flag.
+`python bench tools.watertight.embreex MESH RAYS.npy HITS.npz` writes `hit` (n,) and `crossings`
+(n,), of trimesh's `intersects_first` and `intersects_id`, and `point` (n, 3), of
+`intersects_location`, NaN for a miss. Embree's scene is made as trimesh makes it; embreex then sets
+Embree's robust flag.
 """
 
 from __future__ import annotations
@@ -15,7 +16,7 @@ from typing import Any
 import embreex
 import numpy as np
 import trimesh
-from rival import Clock
+from common.process import Clock
 
 
 def main() -> None:
@@ -37,7 +38,3 @@ def main() -> None:
     np.savez(hits_path, hit=hit, crossings=crossings, point=point)
     tool = f"trimesh {trimesh.__version__} + embreex {embreex.__version__}, robust"
     print(json.dumps({"tool": tool, "closest": closest.seconds, "all": all_hits.seconds}))
-
-
-if __name__ == "__main__":
-    main()

@@ -1,0 +1,1 @@
+"""What make bench-STUDY runs, a module for each."""
