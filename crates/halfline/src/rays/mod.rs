@@ -10,6 +10,6 @@ mod slab;
 mod traversal_ray;
 
 pub use projection::{projection_axes, select_by_size};
-pub use ray_octet::{ALL, RayFields, RayOctet};
+pub use ray_octet::{ALL, RayFields, RayOctet, prepare_octets};
 pub use ray_source::{Column, RayColumns, RayLanes, RaySource, Scalars, Vectors};
 pub use traversal_ray::{Parameter, RootFrame, TraversalRay};

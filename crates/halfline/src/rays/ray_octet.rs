@@ -119,18 +119,6 @@ impl RayOctet {
         }
     }
 
-    /// Prepares up to eight rays of a source.
-    #[inline(always)]
-    pub fn prepare<S: Simd>(
-        &mut self,
-        simd: S,
-        source: &RaySource,
-        numbers: Range<usize>,
-        root: &RootFrame,
-    ) {
-        simd.outlined(Prepare { octet: self, source, numbers, root });
-    }
-
     /// Finds the parts of rays within the root's box.
     #[inline(always)]
     fn set<S: Simd>(&mut self, simd: S, rays: &RayLanes<S>, root: &RootFrame) {
@@ -305,35 +293,53 @@ impl RayOctet {
     }
 }
 
-/// Prepares an octet in a function of its own: every kind of batch calls the same.
-struct Prepare<'a> {
-    octet: &'a mut RayOctet,
+/// Prepares rays of a source, eight in each octet but the last, and returns how many octets they take.
+#[inline(always)]
+pub fn prepare_octets<S: Simd>(
+    simd: S,
+    octets: &mut [RayOctet],
+    source: &RaySource,
+    numbers: Range<usize>,
+    root: &RootFrame,
+) -> usize {
+    simd.outlined(PrepareOctets { octets, source, numbers, root })
+}
+
+/// The preparation in a function of its own: every kind of batch calls the same.
+struct PrepareOctets<'a> {
+    octets: &'a mut [RayOctet],
     source: &'a RaySource<'a>,
     numbers: Range<usize>,
     root: &'a RootFrame,
 }
 
-impl Job for Prepare<'_> {
-    type Output = ();
+impl Job for PrepareOctets<'_> {
+    type Output = usize;
 
     #[inline(always)]
-    fn run<S: Simd>(self, simd: S) {
-        let Prepare { octet, source, numbers, root } = self;
-        octet.set(simd, &source.load8(simd, numbers.clone()), root);
-        let in_use = (1 << numbers.len()) - 1;
-        octet.met &= in_use;
-        octet.fallback &= in_use;
-        let mut rest = octet.fallback;
-        if rest != 0 {
-            octet.write_rays(simd);
-        }
-        while rest != 0 {
-            let lane = rest.trailing_zeros() as usize;
-            rest &= rest - 1;
-            if !octet.set_fallback(lane, &source.ray(numbers.start + lane), root) {
-                octet.met &= !(1 << lane);
+    fn run<S: Simd>(self, simd: S) -> usize {
+        let PrepareOctets { octets, source, numbers, root } = self;
+        let count = numbers.len().div_ceil(LANES);
+        for (number, octet) in octets[..count].iter_mut().enumerate() {
+            let begin = numbers.start + number * LANES;
+            let numbers = begin..numbers.end.min(begin + LANES);
+            octet.set(simd, &source.load8(simd, numbers.clone()), root);
+            let in_use = (1 << numbers.len()) - 1;
+            octet.met &= in_use;
+            octet.fallback &= in_use;
+            let mut rest = octet.fallback;
+            if rest != 0 {
+                octet.write_rays(simd);
+            }
+            while rest != 0 {
+                let lane = rest.trailing_zeros() as usize;
+                rest &= rest - 1;
+                if !octet.set_fallback(lane, &source.ray(begin + lane), root) {
+                    octet.met &= !(1 << lane);
+                }
             }
         }
+        count
     }
 }
 

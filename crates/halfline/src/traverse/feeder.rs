@@ -11,7 +11,7 @@ use super::packet::{Mask, OCTETS, PacketBounds, RAYS, RayPacket, is_packet_of_us
 use super::prefetch::Prefetcher;
 use super::query::Query;
 use super::stack::Stacks;
-use crate::rays::RootFrame;
+use crate::rays::{RootFrame, prepare_octets};
 use crate::simd::{LANES, Simd};
 use crate::tree::NodeRef;
 
@@ -100,12 +100,8 @@ impl<Q: Query> Feeder<Q> {
         let first = self.next;
         self.next = cast.source.len().min(first + RAYS);
         self.packet.first = first;
-        let count = (self.next - first).div_ceil(LANES);
-        for octet in 0..count {
-            let begin = first + octet * LANES;
-            let numbers = begin..self.next.min(begin + LANES);
-            self.packet.octets[octet].prepare(simd, &cast.source, numbers, root);
-        }
+        let octets = &mut self.packet.octets;
+        let count = prepare_octets(simd, octets, &cast.source, first..self.next, root);
         self.octets = 0..count;
         self.together = OCTETS;
     }

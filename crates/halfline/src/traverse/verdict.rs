@@ -3,7 +3,7 @@
 use crate::geometry::Ray;
 use crate::intersect::filter_f32::test_leaf;
 use crate::numeric::UNIT_ROUNDOFF;
-use crate::rays::{RayOctet, RaySource, RootFrame};
+use crate::rays::{RayOctet, RaySource, RootFrame, prepare_octets};
 use crate::simd::{Job, LANES, Simd};
 use crate::tree::{LeafBlock, Tree};
 
@@ -37,9 +37,11 @@ impl Job for Judged<'_> {
 
     #[inline(always)]
     fn run<S: Simd>(self, simd: S) -> Option<LeafVerdict> {
-        let mut octet = RayOctet::none();
+        let mut octets = [RayOctet::none()];
         let rays = [*self.ray];
-        octet.prepare(simd, &RaySource::Rows(&rays), 0..1, &RootFrame::of(self.tree));
+        let root = RootFrame::of(self.tree);
+        prepare_octets(simd, &mut octets, &RaySource::Rows(&rays), 0..1, &root);
+        let [mut octet] = octets;
         if octet.met & 1 == 0 {
             return None;
         }

@@ -3,7 +3,7 @@
 
 use super::super::cast::Cast;
 use super::super::query::{Query, QueryKind};
-use super::{Candidates, ExactState, NearestSoFar, Pairs, ParameterJob, RefineJob};
+use super::{Candidates, ExactState, NearestSoFar, Pairs, ParameterJob};
 use crate::geometry::NO_FACE;
 use crate::intersect::filter_f64::Refined;
 use crate::rays::Parameter;
@@ -239,7 +239,7 @@ impl Cast<'_> {
                 pairs.push(ray.number, face, (index as u32, lane));
             }
         }
-        let look = simd.outlined(RefineJob { cast: self, pairs: &pairs });
+        let look = self.refine(simd, &pairs);
         for pair in 0..pairs.lanes.count_ones() as usize {
             let lane = pairs.triangles[pair % LANES] as usize % LANES;
             let refinement = self.take_refined(&mut ray, state, (&look, pair), (index, lane));

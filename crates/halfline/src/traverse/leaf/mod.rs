@@ -17,8 +17,8 @@ use crate::simd::{LANES, Simd};
 use crate::tree::LeafBlock;
 
 pub use decide::{RayCursor, Refinement};
+pub use resolve::Pairs;
 use resolve::ParameterJob;
-pub use resolve::{Pairs, RefineJob};
 
 /// The nearest hit so far.
 #[derive(Clone, Copy)]

@@ -1,5 +1,6 @@
 //! Rays and a triangle for each, eight at a time: looks in double precision, and where known hits are.
 
+use super::super::answers::Answers;
 use super::super::cast::Cast;
 use super::super::query::{CertainCrossing, Query, QueryKind, Slot};
 use super::{ExactState, NearestSoFar, RayState};
@@ -28,24 +29,6 @@ impl Job for ParameterJob<'_, '_> {
         let rays = self.cast.source.gather8(simd, &self.pairs.numbers);
         let HitLanes { t, known, .. } = hit_f64x8(simd, &[rays.origin, rays.direction, a, b, c]);
         (t, known)
-    }
-}
-
-/// A look at rays and triangles in double precision.
-pub struct RefineJob<'a, 'b> {
-    /// The batch.
-    pub cast: &'a Cast<'b>,
-    /// The rays, and a triangle for each.
-    pub pairs: &'a Pairs,
-}
-
-impl Job for RefineJob<'_, '_> {
-    type Output = Refined;
-
-    #[inline(always)]
-    fn run<S: Simd>(self, simd: S) -> Refined {
-        let corners = self.cast.corner_lanes(simd, self.pairs);
-        refine(simd, &self.cast.source.gather8(simd, &self.pairs.numbers), &corners)
     }
 }
 
@@ -97,36 +80,7 @@ impl Job for FinishPairs<'_, '_> {
 
     #[inline(always)]
     fn run<S: Simd>(self, simd: S) {
-        let FinishPairs { cast, pairs } = self;
-        let [a, b, c] = cast.corner_lanes(simd, pairs);
-        let rays = cast.source.gather8(simd, &pairs.numbers);
-        let lanes = [rays.origin, rays.direction, a, b, c];
-        let mut rest = pairs.lanes;
-        if cast.answers.are_f32() {
-            let (t, certain) = t_f32x8(simd, &lanes);
-            while rest != 0 {
-                let lane = rest.trailing_zeros() as usize % LANES;
-                rest &= rest - 1;
-                if certain >> lane & 1 == 1 {
-                    let hit = HitF32 { t: t[lane], face: pairs.faces[lane] };
-                    cast.answers.put_hit_f32(pairs.numbers[lane], hit);
-                } else {
-                    cast.finish_exactly(pairs, lane);
-                }
-            }
-        } else {
-            let HitLanes { t, u, v, known } = hit_f64x8(simd, &lanes);
-            while rest != 0 {
-                let lane = rest.trailing_zeros() as usize % LANES;
-                rest &= rest - 1;
-                if known >> lane & 1 == 1 {
-                    let hit = Hit { t: t[lane], face: pairs.faces[lane], u: u[lane], v: v[lane] };
-                    cast.answers.put_hit(pairs.numbers[lane], hit);
-                } else {
-                    cast.finish_exactly(pairs, lane);
-                }
-            }
-        }
+        self.cast.find_and_put(simd, self.pairs);
     }
 }
 
@@ -277,6 +231,47 @@ impl Cast<'_> {
     pub fn finish_pairs<S: Simd>(&mut self, simd: S, pairs: &Pairs) {
         if pairs.lanes != 0 {
             simd.outlined(FinishPairs { cast: self, pairs });
+        }
+    }
+
+    /// Looks at rays and triangles in double precision.
+    #[inline(always)]
+    pub fn refine<S: Simd>(&self, simd: S, pairs: &Pairs) -> Refined {
+        let corners = self.corner_lanes(simd, pairs);
+        refine(simd, &self.source.gather8(simd, &pairs.numbers), &corners)
+    }
+
+    /// The body of [`Cast::finish_pairs`].
+    #[inline(always)]
+    pub fn find_and_put<S: Simd>(&mut self, simd: S, pairs: &Pairs) {
+        let [a, b, c] = self.corner_lanes(simd, pairs);
+        let rays = self.source.gather8(simd, &pairs.numbers);
+        let lanes = [rays.origin, rays.direction, a, b, c];
+        let mut open = pairs.lanes;
+        if let Answers::HitsF32(places) = &mut self.answers {
+            let (t, certain) = t_f32x8(simd, &lanes);
+            let mut rest = open & certain;
+            open &= !certain;
+            while rest != 0 {
+                let lane = rest.trailing_zeros() as usize % LANES;
+                rest &= rest - 1;
+                places[pairs.numbers[lane]] = HitF32 { t: t[lane], face: pairs.faces[lane] };
+            }
+        } else {
+            let HitLanes { t, u, v, known } = hit_f64x8(simd, &lanes);
+            let mut rest = open & known;
+            open &= !known;
+            while rest != 0 {
+                let lane = rest.trailing_zeros() as usize % LANES;
+                rest &= rest - 1;
+                let hit = Hit { t: t[lane], face: pairs.faces[lane], u: u[lane], v: v[lane] };
+                self.answers.put_hit(pairs.numbers[lane], hit);
+            }
+        }
+        while open != 0 {
+            let lane = open.trailing_zeros() as usize % LANES;
+            open &= open - 1;
+            self.finish_exactly(pairs, lane);
         }
     }
 

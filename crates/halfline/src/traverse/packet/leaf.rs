@@ -3,8 +3,9 @@
 use std::ops::Range;
 
 use super::super::cast::Cast;
-use super::super::leaf::{Candidates, NearestSoFar, Pairs, RayCursor, RefineJob, Refinement};
+use super::super::leaf::{Candidates, NearestSoFar, Pairs, RayCursor, Refinement};
 use super::super::query::{Query, QueryKind};
+use super::hits::PacketHits;
 use super::{Mask, OCTETS, PacketBounds, RAYS, RayPacket, bits_of, lanes_of};
 use crate::geometry::NO_FACE;
 use crate::intersect::filter_f32::{test_leaf_by_lane, test_octet};
@@ -209,24 +210,10 @@ impl<Q: Query> RayPacket<Q> {
     pub(super) fn finish<S: Simd>(&mut self, simd: S, cast: &mut Cast, mask: Mask) {
         let mut rest = mask;
         if Q::KIND == QueryKind::Closest {
-            for octet in 0..OCTETS {
-                let lanes = lanes_of(mask & !self.hits.query_has_nearest, octet);
-                let lanes = lanes & !simd.eq_u32(&self.hits.faces[octet], NO_FACE);
-                if lanes == 0 {
-                    continue;
-                }
-                if !Q::EXACT {
-                    self.finish_plain(cast, octet, lanes);
-                    continue;
-                }
-                let pairs = Pairs {
-                    numbers: numbers_from(self.first + octet * LANES),
-                    faces: self.hits.faces[octet],
-                    blocks: self.hits.blocks[octet],
-                    triangles: self.hits.triangles[octet],
-                    lanes,
-                };
-                cast.finish_pairs(simd, &pairs);
+            if Q::EXACT {
+                simd.outlined(FinishPacket { hits: &self.hits, first: self.first, cast, mask });
+            } else {
+                self.finish_plain(cast, mask);
             }
             rest &= self.hits.decided;
             while rest != 0 {
@@ -255,14 +242,17 @@ impl<Q: Query> RayPacket<Q> {
         }
     }
 
-    /// Takes the hits of some lanes of an octet whose t was taken as it came.
-    fn finish_plain(&self, cast: &mut Cast, octet: usize, mut lanes: u32) {
-        while lanes != 0 {
-            let lane = lanes.trailing_zeros() as usize % LANES;
-            lanes &= lanes - 1;
-            let t = self.octets[octet].parameter(lane).t(self.hits.lows[octet][lane]);
-            let number = self.first + octet * LANES + lane;
-            cast.put_plain(number, self.hits.faces[octet][lane], t);
+    /// Takes the hits of some rays whose t was taken as it came.
+    fn finish_plain(&self, cast: &mut Cast, mut mask: Mask) {
+        while mask != 0 {
+            let ray = mask.trailing_zeros() as usize % RAYS;
+            mask &= mask - 1;
+            let (octet, lane) = (ray / LANES, ray % LANES);
+            let face = self.hits.faces[octet][lane];
+            if face != NO_FACE {
+                let t = self.octets[octet].parameter(lane).t(self.hits.lows[octet][lane]);
+                cast.put_plain(self.first + ray, face, t);
+            }
         }
     }
 
@@ -294,6 +284,39 @@ impl<Q: Query> RayPacket<Q> {
     }
 }
 
+/// Finds where the nearest hits of some rays of a packet are, where their queries do not know, in a function of its
+/// own: all kinds of answers call the same.
+struct FinishPacket<'a, 'b> {
+    hits: &'a PacketHits,
+    /// The number of the packet's first ray.
+    first: usize,
+    cast: &'a mut Cast<'b>,
+    mask: Mask,
+}
+
+impl Job for FinishPacket<'_, '_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<S: Simd>(self, simd: S) {
+        let FinishPacket { hits, first, cast, mask } = self;
+        for octet in 0..OCTETS {
+            let lanes = lanes_of(mask & !hits.query_has_nearest, octet);
+            let lanes = lanes & !simd.eq_u32(&hits.faces[octet], NO_FACE);
+            if lanes != 0 {
+                let pairs = Pairs {
+                    numbers: numbers_from(first + octet * LANES),
+                    faces: hits.faces[octet],
+                    blocks: hits.blocks[octet],
+                    triangles: hits.triangles[octet],
+                    lanes,
+                };
+                cast.find_and_put(simd, &pairs);
+            }
+        }
+    }
+}
+
 /// [`RayPacket::refine_octet`] in a function of its own: it is rare, and would be in the way.
 struct RefineOctet<'a, 'b, Q> {
     packet: &'a mut RayPacket<Q>,
@@ -320,7 +343,7 @@ impl<Q: Query> Job for RefineOctet<'_, '_, Q> {
             triangles: [triangle as u32; LANES],
             lanes: open,
         };
-        let refined = simd.outlined(RefineJob { cast, pairs: &pairs });
+        let refined = cast.refine(simd, &pairs);
         let (mut rest, mut done) = (open, 0);
         while rest != 0 {
             let lane = rest.trailing_zeros() as usize % LANES;
