@@ -24,9 +24,9 @@ BUILD = [*BUILD_WHOLE, "--no-default-features"]
 
 def build(halfline: str) -> bool:
     """Builds the command, and returns whether it is the whole one."""
-    # One that has `explain` asks for its arguments and ends with 2, one that lacks it ends with 1.
+    # One that has `query` asks for its arguments and ends with 2, one that lacks it ends with 1.
     whole = Path(halfline).is_file() and (
-        subprocess.run([halfline, "explain"], capture_output=True, check=False).returncode == 2
+        subprocess.run([halfline, "query"], capture_output=True, check=False).returncode == 2
     )
     done = subprocess.run(BUILD_WHOLE if whole else BUILD, cwd=ROOT, check=False)
     if done.returncode != 0:
@@ -71,9 +71,7 @@ def main() -> None:
     print(f"{rendered['rays']:,} rays, {rendered['rays_per_second'] / 1e6:.2f} million a second")
     print(f"The picture is {picture.resolve()}")
     if not whole:
-        print(
-            "`make release` builds the rest of halfline: doctor, query, explain, study, glTF, ..."
-        )
+        print("`make release` builds the rest of halfline: doctor, query, study, glTF, ...")
 
 
 if __name__ == "__main__":

@@ -25,8 +25,7 @@ fn what_was_left_out_is_refused_in_a_line_that_says_how_to_get_it() {
     for line in [
         "doctor a.ply --rays 1k",
         "query a.ply rays.npy -o hits.npz --any",
-        "explain --pixel 1,2 a.ply --json",
-        "explain a.ply --ray 0,0,9,0,0,-1 --threads 1",
+        "query --all a.ply rays.npy --json",
         "study",
     ] {
         assert_eq!(complaint(&folder, line), subcommand, "{line}");
