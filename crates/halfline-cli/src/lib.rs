@@ -11,6 +11,7 @@ mod engine;
 mod failure;
 mod global_options;
 mod host;
+mod input;
 mod interrupt;
 pub mod npy;
 mod npz;

@@ -10,8 +10,8 @@ use serde_json::{Map, Value};
 
 use crate::failure::Failure;
 use crate::global_options::GlobalOptions;
-use crate::output;
 use crate::progress::{self, Progress};
+use crate::{input, output};
 
 /// Figures by name, in the order in which they are told.
 pub type Figures = Map<String, Value>;
@@ -73,9 +73,15 @@ impl Session {
         Ok((result, seconds))
     }
 
-    /// Reads a mesh, and tells how many seconds it took.
+    /// Reads a mesh from a file or standard input, and tells how many seconds it took.
     pub fn load(&self, path: &Path) -> Result<(Mesh, f64), Failure> {
-        self.timed(Stage::Load, |observer| halfline::io::load(path, observer))
+        self.timed(Stage::Load, |observer| match input::is_stdin(path) {
+            true => {
+                let (name, most) = (input::name(path), input::MOST_STDIN_BYTES);
+                halfline::io::load_stream(name, std::io::stdin(), most, observer)
+            }
+            false => halfline::io::load(path, observer),
+        })
     }
 
     /// Tells `figures` if JSON is wanted, otherwise `text`: always if it `is_the_result`, or

@@ -5,6 +5,7 @@ mod buffer;
 mod bytes;
 mod huge_pages;
 mod mapped_file;
+mod regular;
 #[cfg(unix)]
 mod shortened;
 
@@ -12,3 +13,4 @@ pub use buffer::{Buffer, BufferOutOfFile};
 pub(crate) use bytes::Bytes;
 pub(crate) use huge_pages::{advise_huge_pages, zeroed};
 pub(crate) use mapped_file::MappedFile;
+pub use regular::{open_regular, stream_name};
