@@ -163,7 +163,7 @@ def load(path: Path, *, progress: Progress = None) -> Mesh:
     and the vertices of STL files are welded where they are equal.
 
     Args:
-        path: The file.
+        path: The file, which must be a regular one: a pipe or a device is refused.
         progress: True for a bar (of tqdm, where it is installed), or a callable
             `progress(stage, done, total)` with the stage "load" and bytes of the file.
 
@@ -172,7 +172,7 @@ def load(path: Path, *, progress: Progress = None) -> Mesh:
 
     Raises:
         FormatError: If the file is not what it should be; a ValueError.
-        OSError: If the file cannot be read, in the subclass that says why.
+        OSError: If the file cannot be read, in the subclass that says why, or is no regular file.
         KeyboardInterrupt: On Ctrl-C.
     """
     with reporting(progress) as report:

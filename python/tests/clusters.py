@@ -3,21 +3,19 @@
 from __future__ import annotations
 
 import os
-import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
 from importlib import import_module
 from pathlib import Path
 from typing import Any
 
 import pytest
+from children import PATIENCE_SECONDS
 from distributed import Client, Nanny, Scheduler, SpecCluster
 from distributed.protocol.core import dumps
 
 # A worker with this in its environment sees no file in the folder that it names.
 HIDDEN = "HALFLINE_TEST_HIDDEN"
-
-PATIENCE_SECONDS = 30.0
 
 
 @contextmanager
@@ -80,14 +78,6 @@ def sent(client: Client) -> Iterator[list[int]]:
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(client, "_send_to_scheduler", counted)
         yield sizes
-
-
-def wait_until(condition: Callable[[], object]) -> None:
-    """Waits for something that is bound to happen."""
-    end = time.monotonic() + PATIENCE_SECONDS
-    while not condition():
-        assert time.monotonic() < end, "it never happened"
-        time.sleep(0.02)
 
 
 def process_ids(client: Client) -> dict[str, int]:

@@ -12,12 +12,15 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pytest
+from children import PATIENCE_SECONDS, set_signals, without_progress
 from meshes import Floats, Shape, bumpy_sphere, random_rays, write_ply
 from moeller_trumbore import Crossings, crossings
 
 if TYPE_CHECKING:
     from distributed import Client
     from halfline import Scene
+
+set_signals()
 
 ROOT = Path(__file__).resolve().parent.parent.parent
 
@@ -28,16 +31,18 @@ class Halfline:
 
     binary: Path
 
-    def run(self, *arguments: str | Path, timeout: float = 120) -> subprocess.CompletedProcess[str]:
-        """Runs it and returns whatever came of it."""
-        return subprocess.run(
+    def run(self, *arguments: str | Path) -> subprocess.CompletedProcess[str]:
+        """Runs it and returns whatever came of it, less what it said of its progress."""
+        done = subprocess.run(
             [self.binary, *arguments],
             stdin=subprocess.DEVNULL,
             capture_output=True,
             text=True,
-            timeout=timeout,
+            timeout=PATIENCE_SECONDS,
             check=False,
         )
+        done.stderr = without_progress(done.stderr)
+        return done
 
     def ok(self, *arguments: str | Path) -> str:
         """Runs it, expects success, and returns what it printed on stdout."""

@@ -7,6 +7,8 @@ import subprocess
 import sys
 from pathlib import Path
 
+from children import PATIENCE_SECONDS
+
 # A scene of some size and many rays, the same in every script.
 PREAMBLE = """
 import os, signal, sys, threading, time
@@ -28,7 +30,7 @@ def environment(**variables: str) -> dict[str, str]:
     return {**os.environ, "OPENBLAS_NUM_THREADS": "1", **variables}
 
 
-def run(folder: Path, script: str, timeout: float = 60.0, **variables: str) -> tuple[str, str]:
+def run(folder: Path, script: str, **variables: str) -> tuple[str, str]:
     """Runs a script to its end, and returns what it wrote on stdout and stderr."""
     path = folder / "script.py"
     path.write_text(PREAMBLE + script, encoding="utf-8")
@@ -36,7 +38,7 @@ def run(folder: Path, script: str, timeout: float = 60.0, **variables: str) -> t
         [sys.executable, path],
         capture_output=True,
         text=True,
-        timeout=timeout,
+        timeout=PATIENCE_SECONDS,
         check=False,
         env=environment(**variables),
     )

@@ -14,7 +14,8 @@ import halfline
 import halfline.dask
 import numpy as np
 import pytest
-from clusters import cluster, elsewhere, process_ids, wait_until, worker_spec
+from children import wait_until
+from clusters import cluster, elsewhere, process_ids, worker_spec
 from distributed import Client
 from halfline import Scene
 from halfline.dask import MissingTreeError, _peers, _publish

@@ -8,6 +8,8 @@ import gc
 import os
 import pickle
 import re
+import sys
+import threading
 from pathlib import Path
 from typing import Any
 
@@ -194,3 +196,16 @@ def test_copies_of_what_never_changes_are_itself() -> None:
     assert copy.deepcopy([scene])[0] is scene
     assert copy.copy(scene.mesh) is scene.mesh
     assert copy.deepcopy(scene.mesh) is scene.mesh
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="there are no named pipes")
+def test_pipes_and_devices_are_no_files(tmp_path: Path) -> None:
+    pipes = [tmp_path / "pipe.ply", tmp_path / "pipe.hlt"]
+    for pipe in pipes:
+        os.mkfifo(pipe)
+        # Whoever opens it all the same finds its end, and no reason to wait.
+        threading.Thread(target=pipe.write_bytes, args=(b"",), daemon=True).start()
+    for read in (halfline.load, halfline.open):
+        for path, kind in [*((pipe, "pipe") for pipe in pipes), (Path(os.devnull), "device")]:
+            with pytest.raises(OSError, match=f"^{path}: not a regular file but a {kind}$"):
+                read(path)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import csv
-import signal
 import subprocess
 import time
 import xml.etree.ElementTree as ET
@@ -12,6 +11,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from children import interrupt, wait_until_it_listens
 from conftest import Halfline, Judged
 
 FILES = ["study.csv", "study.html", "study.svg"]
@@ -278,8 +278,8 @@ def test_ctrl_c_leaves_nothing(halfline: Halfline, tmp_path: Path, seconds: floa
         stderr=subprocess.PIPE,
         text=True,
     )
+    wait_until_it_listens(child)
     time.sleep(seconds)
-    child.send_signal(signal.SIGINT)
-    stdout, stderr = child.communicate(timeout=30)
+    stdout, stderr = interrupt(child)
     assert (child.returncode, stdout, stderr) == (130, "", "halfline: interrupted\n")
     assert list(tmp_path.iterdir()) == []

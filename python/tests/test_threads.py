@@ -41,12 +41,10 @@ for call in (
     lambda: halfline.Scene(mesh),
     lambda: halfline.generate("scan", 2_000_000),
 ):
-    begin, before = time.monotonic(), ticks
+    before = ticks
     call()
-    seconds, during = time.monotonic() - begin, ticks - before
-    # Undisturbed it would be some 900 a second.
-    assert seconds > 0.1, seconds
-    assert during > 100 * seconds, (during, seconds)
+    # Undisturbed it would be some 900 a second, and none while the call keeps the interpreter.
+    assert ticks - before > 20, ticks - before
 done = True
 thread.join()
 """
@@ -163,7 +161,7 @@ def test_a_scene_works_after_fork(tmp_path: Path) -> None:
 def child_is_well():
     child = os.fork()
     if child == 0:
-        signal.alarm(30)
+        signal.alarm(600)
         try:
             check()
             # And in its own children.

@@ -15,6 +15,7 @@ from typing import Any
 import jsonschema
 import numpy as np
 import pytest
+from children import PATIENCE_SECONDS, wait_until
 from conftest import ROOT, Halfline
 from meshes import Floats, Shape, bumpy_sphere, gridded_cube
 from PIL import Image
@@ -179,10 +180,15 @@ class Shown:
 
     def until(self, condition: str) -> None:
         """Waits until this is so. The page's policy forbids Playwright's own way, by `eval`."""
-        deadline = time.monotonic() + 60
+        deadline = time.monotonic() + PATIENCE_SECONDS
         while not self.page.evaluate(condition):
             assert time.monotonic() < deadline, condition
             time.sleep(0.01)
+
+    def changed(self, *pictures: bytes) -> bytes:
+        """Waits until the drawing is none of these, and returns it."""
+        wait_until(lambda: self.picture() not in pictures)
+        return self.picture()
 
     def text(self, selector: str) -> str:
         """The text of an element as it is seen, with plain minus signs."""
@@ -257,7 +263,9 @@ def browser() -> Iterator[Browser]:
     with sync_playwright() as playwright:
         # As root Chromium starts only without its sandbox.
         browser = playwright.chromium.launch(
-            executable_path=found.stdout.strip(), args=["--no-sandbox"]
+            executable_path=found.stdout.strip(),
+            args=["--no-sandbox"],
+            timeout=1000 * PATIENCE_SECONDS,
         )
         yield browser
         browser.close()
@@ -275,6 +283,7 @@ def show(browser: Browser, tmp_path: Path) -> Iterator[Open]:
             offline=True,
             **{"viewport": {"width": 1280, "height": 800}, "reduced_motion": "reduce", **options},
         )
+        context.set_default_timeout(1000 * PATIENCE_SECONDS)
         shown = Shown(context.new_page(), walk.explanation)
         shown.page.on("console", lambda said: shown.complaints.append(said.text))
         shown.page.on("pageerror", lambda error: shown.complaints.append(str(error)))
@@ -355,7 +364,7 @@ def test_the_space_bar_plays_and_pauses(show: Open, walks: Walks) -> None:
     shown = show(walks["hitting"])
     shown.page.keyboard.press(" ")
     assert shown.state("playing") == "true"
-    shown.until("document.body.dataset.step === '1'")
+    shown.until("Number(document.body.dataset.step) >= 1")
     shown.page.keyboard.press(" ")
     assert shown.state("playing") == "false"
     # On a button, the space bar presses the button.
@@ -511,8 +520,7 @@ def test_another_triangle_can_be_looked_at(show: Open, walks: Walks) -> None:
     before = shown.picture()
     shown.page.click(f"#tests tr[data-face='{outside['face']}']")
     assert outside["why"] in shown.text("#test-why")
-    shown.page.wait_for_timeout(100)
-    assert shown.picture() != before
+    shown.changed(before)
     assert shown.page.locator("#picture line.crossed-edge").count() == 1
 
 
@@ -610,19 +618,16 @@ def test_the_drawing_can_be_turned_moved_zoomed_and_reset(show: Open, walks: Wal
 
     pictures = [start]
     drag(90, 30)
-    pictures.append(shown.picture())
+    pictures.append(shown.changed(*pictures))
     shown.page.keyboard.down("Shift")
     drag(40, -60)
     shown.page.keyboard.up("Shift")
-    pictures.append(shown.picture())
+    pictures.append(shown.changed(*pictures))
     mouse.wheel(0, -300)
-    shown.page.wait_for_timeout(200)
-    pictures.append(shown.picture())
-    assert len(set(pictures)) == 4
+    shown.changed(*pictures)
     shown.page.keyboard.press("0")
     shown.page.evaluate("document.activeElement.blur()")
-    shown.page.wait_for_timeout(600)
-    assert shown.picture() == start
+    wait_until(lambda: shown.picture() == start)
 
 
 def test_a_miss_shows_the_nearest_miss(show: Open, walks: Walks) -> None:
@@ -854,9 +859,8 @@ def test_a_finger_turns_the_drawing(show: Open, walks: Walks) -> None:
         touch.send("Input.dispatchTouchEvent", {"type": kind, "touchPoints": [{"x": 150, "y": y}]})
         shown.page.wait_for_timeout(50)
     touch.send("Input.dispatchTouchEvent", {"type": "touchEnd", "touchPoints": []})
-    shown.page.wait_for_timeout(200)
+    shown.changed(before)
     assert shown.page.evaluate("scrollY") == 0
-    assert shown.picture() != before
 
 
 def test_the_fast_tree_is_told_beside(show: Open, walks: Walks) -> None:
@@ -866,8 +870,7 @@ def test_the_fast_tree_is_told_beside(show: Open, walks: Walks) -> None:
     assert rows.count() == len(shown.explanation["engine"]["steps"])
     before = shown.picture()
     rows.nth(0).click()
-    shown.page.wait_for_timeout(100)
-    assert shown.picture() != before
+    shown.changed(before)
 
 
 def test_screen_readers_are_told_the_step(show: Open, walks: Walks) -> None:

@@ -18,7 +18,8 @@ Examples:
   halfline study --quick                         how cost grows with n, as a report
   halfline generate sphere -n 100000 -o s.ply    a mesh to try things on
 
-Meshes: PLY (also .ply.gz), STL, OBJ, OFF, glTF, GLB, and trees: .hlt.
+Meshes: PLY, STL, OBJ, OFF, glTF, GLB, each also as .gz, and trees: .hlt.
+A mesh may come through a pipe as -, up to 4 GiB: zcat scan.stl.gz | halfline info -
 Exit codes: 0 done, 1 the input or the work failed, 2 wrong arguments, 130 interrupted.";
 
 const STYLES: Styles = Styles::styled()

@@ -1,8 +1,8 @@
 //! Ctrl-C: the first asks the work to end, the second ends the process.
 
 use std::io::{IsTerminal, Write};
-use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
 use halfline::Error;
@@ -39,9 +39,10 @@ impl Drop for Listening {
 pub fn listen() -> Result<Listening, Error> {
     /// How often there was a run; handlers stay for good after the first.
     static RUNS: Mutex<u64> = Mutex::new(0);
-    let mut runs = RUNS.lock().unwrap_or_else(|poisoned| poisoned.into_inner());
+    let mut runs = RUNS.lock().unwrap_or_else(PoisonError::into_inner);
     // The run is known before the first signal can come for it.
     CANCELLED.store(false, Ordering::Relaxed);
+    SAID.reset();
     RUN.store(*runs + 1, Ordering::Relaxed);
     let listening = Listening;
     if *runs == 0 {
@@ -71,14 +72,57 @@ fn on_signal() -> bool {
     true
 }
 
+/// True once the process ends without waiting for the work, whose files are being taken away.
+static ENDING: AtomicBool = AtomicBool::new(false);
+
+/// True if the work may fail only because the process ends.
+pub fn is_ending() -> bool {
+    ENDING.load(Ordering::SeqCst)
+}
+
 /// Ends the process without waiting for the work.
 fn end_now() -> ! {
+    ENDING.store(true, Ordering::SeqCst);
     halfline::storage::abandon_all();
     temporary::remove_all();
-    let mut stderr = std::io::stderr();
-    let clear_bar = if stderr.is_terminal() { "\r\x1b[2K" } else { "" };
-    let _ = writeln!(stderr, "{clear_bar}halfline: interrupted");
+    say();
     std::process::exit(EXIT_CODE.into())
+}
+
+/// Whether the run has said that it was interrupted. The work and a signal may notice at the same time.
+static SAID: Announcement = Announcement(Mutex::new(false));
+
+/// Says on stderr that the run was interrupted, unless it has been said.
+pub fn say() {
+    SAID.make(|| {
+        let mut stderr = std::io::stderr();
+        let clear_bar = if stderr.is_terminal() { "\r\x1b[2K" } else { "" };
+        // That nobody listens there is no reason to fail.
+        let _ = writeln!(stderr, "{clear_bar}halfline: interrupted");
+    });
+}
+
+/// What is said once, whoever comes first.
+struct Announcement(Mutex<bool>);
+
+impl Announcement {
+    fn said(&self) -> MutexGuard<'_, bool> {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Says it, unless it has been said. It has been once this returns, so that whoever comes second may
+    /// end the process.
+    fn make(&self, say: impl FnOnce()) {
+        let mut said = self.said();
+        if !std::mem::replace(&mut *said, true) {
+            say();
+        }
+    }
+
+    /// It may be said again.
+    fn reset(&self) {
+        *self.said() = false;
+    }
 }
 
 /// Calls `on_signal` at each signal; one that it does not want does what it did before.
@@ -121,4 +165,34 @@ fn listen_for(on_signal: fn() -> bool) -> std::io::Result<()> {
         }
     })
     .map_err(std::io::Error::other)
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Barrier;
+    use std::sync::atomic::AtomicUsize;
+
+    use super::*;
+
+    #[test]
+    fn of_many_who_notice_at_once_one_says_it_and_all_know_that_it_is_said() {
+        const MANY: usize = 8;
+        let (announcement, said) = (Announcement(Mutex::new(false)), AtomicUsize::new(0));
+        for round in 1..=100 {
+            let start = Barrier::new(MANY);
+            std::thread::scope(|scope| {
+                for _ in 0..MANY {
+                    scope.spawn(|| {
+                        start.wait();
+                        announcement.make(|| {
+                            std::thread::yield_now();
+                            said.fetch_add(1, Ordering::Relaxed);
+                        });
+                        assert_eq!(said.load(Ordering::Relaxed), round);
+                    });
+                }
+            });
+            announcement.reset();
+        }
+    }
 }

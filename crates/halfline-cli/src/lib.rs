@@ -15,6 +15,7 @@ mod engine;
 mod failure;
 mod global_options;
 mod host;
+mod input;
 mod interrupt;
 mod left_out;
 #[cfg(feature = "query")]

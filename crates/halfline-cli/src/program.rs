@@ -77,8 +77,10 @@ fn outcome(result: Result<(), Failure>) -> u8 {
         Err(Failure::Usage(message)) => {
             tell(&Arguments::command().error(ErrorKind::ValueValidation, message))
         }
-        Err(Failure::Work(halfline::Error::Interrupted)) => {
-            complain("halfline: interrupted");
+        Err(Failure::Work(error))
+            if matches!(error, halfline::Error::Interrupted) || interrupt::is_ending() =>
+        {
+            interrupt::say();
             interrupt::EXIT_CODE
         }
         Err(Failure::Work(error)) => {

@@ -11,7 +11,7 @@ use serde_json::{Map, Value};
 use crate::failure::Failure;
 use crate::global_options::GlobalOptions;
 use crate::progress::{self, Progress};
-use crate::{left_out, output};
+use crate::{input, left_out, output};
 
 /// Figures by name, in the order in which they are told.
 pub type Figures = Map<String, Value>;
@@ -73,10 +73,15 @@ impl Session {
         Ok((result, seconds))
     }
 
-    /// Reads a mesh, and tells how many seconds it took.
+    /// Reads a mesh from a file or standard input, and tells how many seconds it took.
     pub fn load(&self, path: &Path) -> Result<(Mesh, f64), Failure> {
-        self.timed(Stage::Load, |observer| {
-            halfline_io::load(path, observer).map_err(left_out::explained)
+        self.timed(Stage::Load, |observer| match input::is_stdin(path) {
+            true => {
+                let (name, most) = (input::name(path), input::MOST_STDIN_BYTES);
+                halfline_io::load_stream(name, std::io::stdin(), most, observer)
+                    .map_err(left_out::explained)
+            }
+            false => halfline_io::load(path, observer).map_err(left_out::explained),
         })
     }
 

@@ -8,6 +8,7 @@ use halfline::{Mesh, Scene};
 use serde_json::{Value, json};
 
 use crate::failure::Failure;
+use crate::input;
 use crate::session::Session;
 use crate::table::Table;
 use crate::tree_options::TreeOptions;
@@ -26,9 +27,9 @@ pub struct Source {
 }
 
 impl Source {
-    /// Opens the tree at `path`, or reads the mesh there and builds its tree.
+    /// Opens the tree at `path`, or reads the mesh there or on standard input and builds its tree.
     pub fn open(path: &Path, tree: &TreeOptions, session: &Session) -> Result<Source, Failure> {
-        if is_tree_file(path) {
+        if is_tree(path)? {
             let (scene, load_seconds) = open_tree(path, tree, session)?;
             let preset = scene.build_parameters().preset_name();
             return Ok(Source { scene, preset, load_seconds, build_seconds: 0.0 });
@@ -72,13 +73,14 @@ pub enum MeshSource {
 }
 
 impl MeshSource {
-    /// Reads the mesh at `path`, or opens the tree there, and tells how many seconds it took.
+    /// Reads the mesh at `path` or on standard input, or opens the tree there, and tells how many seconds
+    /// it took.
     pub fn open(
         path: &Path,
         tree: &TreeOptions,
         session: &Session,
     ) -> Result<(MeshSource, f64), Failure> {
-        if is_tree_file(path) {
+        if is_tree(path)? {
             let (scene, seconds) = open_tree(path, tree, session)?;
             return Ok((MeshSource::Scene(Box::new(scene)), seconds));
         }
@@ -101,6 +103,15 @@ impl MeshSource {
             MeshSource::Scene(scene) => scene.guarded(|| Ok(work()))?,
         }
     }
+}
+
+/// Whether a tree lies at `path`, which may be `-`.
+fn is_tree(path: &Path) -> halfline::error::Result<bool> {
+    if input::is_stdin(path) {
+        return Ok(false);
+    }
+    input::check_regular(path)?;
+    Ok(is_tree_file(path))
 }
 
 fn open_tree(path: &Path, tree: &TreeOptions, session: &Session) -> Result<(Scene, f64), Failure> {

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use memchr::memchr;
+use memchr::{memchr, memchr_iter};
 
 use super::text;
 pub(super) use super::text::parse_integer as integer;
@@ -43,14 +43,11 @@ impl<'a> Lines<'a> {
         Some(&rest[..length])
     }
 
-    /// The next line, with the lines after it as long as each ends with a backslash. A comment
-    /// that ends with one, as paths do, is not continued.
+    /// The next line, with the lines after it as long as each ends with a backslash. A line with a
+    /// comment that ends with one, as paths do, is not continued.
     pub fn next_continued(&mut self) -> Option<&[u8]> {
         let first = self.next()?;
         let Some(start) = without_backslash(first) else { return Some(first) };
-        if first.trim_ascii_start().starts_with(b"#") {
-            return Some(first);
-        }
         self.joined.clear();
         self.joined.extend_from_slice(start);
         while let Some(line) = self.next() {
@@ -96,8 +93,24 @@ impl<'a> Lines<'a> {
     }
 }
 
+/// What stands before the backslash of a line that is continued.
 fn without_backslash(line: &[u8]) -> Option<&[u8]> {
-    line.trim_ascii_end().strip_suffix(b"\\")
+    let start = line.trim_ascii_end().strip_suffix(b"\\")?;
+    (without_comment(line).len() == line.len()).then_some(start)
+}
+
+/// What stands before the comment of a line, which begins with a `#` at its start or after a blank. One
+/// within a word, as in `1.#INF`, begins none.
+pub(super) fn without_comment(line: &[u8]) -> &[u8] {
+    let is_start = |&at: &usize| at == 0 || is_blank(line[at - 1]);
+    memchr_iter(b'#', line).find(is_start).map_or(line, |at| &line[..at])
+}
+
+/// A name less the comment behind it. A `#` with which the name begins is part of it.
+pub(super) fn name_without_comment(name: &[u8]) -> &[u8] {
+    let after_first = name.len().min(1);
+    let kept = after_first + without_comment(&name[after_first..]).len();
+    name[..kept].trim_ascii_end()
 }
 
 /// The fields of a line: what stands between blanks.

@@ -3,7 +3,7 @@
 use std::collections::{HashMap, HashSet};
 use std::path::{Path, PathBuf};
 
-use super::lines::{Fields, Lines, number};
+use super::lines::{Fields, Lines, name_without_comment, number, without_comment};
 use super::sibling;
 use halfline::error::Result;
 use halfline::mesh::Material;
@@ -13,13 +13,18 @@ use halfline::mesh::Material;
 pub(super) struct MaterialLibrary {
     pub materials: Vec<Material>,
     by_name: HashMap<Vec<u8>, u32>,
+    /// By the part of the name before what may be a comment.
+    by_short_name: HashMap<Vec<u8>, u32>,
     loaded: HashSet<PathBuf>,
 }
 
 impl MaterialLibrary {
-    /// The index of the material with this name.
+    /// The index of the material with this name, or else of the one whose name it is but for a comment
+    /// behind either.
     pub fn find(&self, name: &[u8]) -> Option<u32> {
-        self.by_name.get(name).copied()
+        let short = name_without_comment(name);
+        let found = self.by_name.get(name).or_else(|| self.by_name.get(short));
+        found.or_else(|| self.by_short_name.get(short)).copied()
     }
 
     /// Adds the materials of a file. False if there is no such file.
@@ -38,7 +43,8 @@ impl MaterialLibrary {
                 self.add(current.take());
                 current = Some((fields.rest().to_owned(), Statements::default()));
             } else if let Some((_, statements)) = &mut current
-                && let Err(reason) = statements.apply(keyword, fields)
+                && let Err(reason) =
+                    statements.apply(keyword, Fields::of(without_comment(fields.rest())))
             {
                 return Err(lines.error(place, reason));
             }
@@ -49,7 +55,12 @@ impl MaterialLibrary {
 
     fn add(&mut self, named: Option<(Vec<u8>, Statements)>) {
         if let Some((name, statements)) = named {
-            self.by_name.insert(name, self.materials.len() as u32);
+            let index = self.materials.len() as u32;
+            let short = name_without_comment(&name);
+            if short.len() < name.len() {
+                self.by_short_name.insert(short.to_owned(), index);
+            }
+            self.by_name.insert(name, index);
             self.materials.push(statements.material());
         }
     }

@@ -5,13 +5,15 @@
 //! file a triangle came.
 //!
 //! Read are `v` (with colours, as `x y z r g b` or `x y z r g b a`; a fourth value alone is a
-//! weight and ignored), `f`, `mtllib` and `usemtl`; all else is passed over. Coordinates are kept
+//! weight and ignored), `f`, `mtllib` and `usemtl`; all else is passed over. A comment begins with a
+//! `#` at the start of a line or after a blank; where names may hold one, the whole name is tried
+//! first and then the part before the `#`. Coordinates are kept
 //! in double precision unless every one of them fits single precision without loss. Two passes:
 //! a face may name vertices that come after it.
 
 use std::path::Path;
 
-use super::lines::{Fields, Lines, integer, number, quoted};
+use super::lines::{Fields, Lines, integer, name_without_comment, number, quoted};
 use super::mtl::MaterialLibrary;
 use super::{colors, sibling};
 use crate::triangulate::Triangulator;
@@ -97,7 +99,7 @@ impl Vertices {
         let mut values = [0.0; 7];
         let mut count = 0;
         for value in &mut values {
-            let Some(field) = fields.next() else { break };
+            let Some(field) = fields.next().filter(|field| !is_comment(field)) else { break };
             *value = number(field)?;
             count += 1;
         }
@@ -118,6 +120,10 @@ impl Vertices {
 
     /// Names of libraries may hold blanks, and a line may name several.
     fn load_libraries(&mut self, path: &Path, names: &[u8]) -> Result<()> {
+        if self.load_library(path, names)? {
+            return Ok(());
+        }
+        let names = name_without_comment(names);
         if !self.load_library(path, names)? {
             for name in Fields::of(names) {
                 self.load_library(path, name)?;
@@ -168,7 +174,7 @@ impl Faces {
                 Some(b"v") => vertices_so_far += 1,
                 Some(b"f") => {
                     corners.clear();
-                    for field in fields {
+                    for field in fields.take_while(|field| !is_comment(field)) {
                         match vertex_index(field, vertices_so_far, vertices.positions.len()) {
                             Ok(index) => corners.push(index),
                             Err(reason) => return Err(lines.error(path, reason)),
@@ -263,6 +269,31 @@ fn vertex_index(
     }
 }
 
+/// True if a comment begins with this field.
+#[inline]
+fn is_comment(field: &[u8]) -> bool {
+    field.starts_with(b"#")
+}
+
+/// True if `start`, the first bytes of a file, are statements of the format, among them a vertex. No
+/// other sign tells an OBJ file by its content.
+pub(super) fn is_obj(start: &[u8]) -> bool {
+    let mut lines = Lines::new(start);
+    let mut has_vertex = false;
+    while let Some(line) = lines.next_continued() {
+        let mut fields = Fields::of(line);
+        match fields.next() {
+            Some(b"v") => has_vertex |= Vertices::default().push(fields).is_ok(),
+            // The last line may be cut anywhere.
+            Some(keyword) if !is_statement(keyword) => {
+                return has_vertex && lines.bytes_left() == 0;
+            }
+            _ => {}
+        }
+    }
+    has_vertex
+}
+
 /// True for the keywords of the format, comments included.
 fn is_statement(keyword: &[u8]) -> bool {
     const STATEMENTS: [&[u8]; 44] = [
@@ -311,5 +342,5 @@ fn is_statement(keyword: &[u8]) -> bool {
         b"cdc",
         b"res",
     ];
-    keyword.starts_with(b"#") || STATEMENTS.contains(&keyword)
+    is_comment(keyword) || STATEMENTS.contains(&keyword)
 }

@@ -1,10 +1,10 @@
 //! Files that a mesh file names, in its own folder or below.
 
-use std::fs::File;
 use std::io::Read;
 use std::path::{Path, PathBuf};
 
 use halfline::error::{Error, Result};
+use halfline::storage::open_regular;
 
 /// Where the file called `name` in the mesh file `path` lies. The name is relative to the folder
 /// of `path` and must not leave it.
@@ -38,20 +38,17 @@ pub(super) fn has_scheme(name: &str) -> bool {
         && scheme.chars().all(|c| c.is_ascii_alphanumeric() || "+-.".contains(c))
 }
 
-/// The content of a regular file; `None` if there is none at this place.
+/// The content of a regular file; `None` if there is none at this place, or a folder.
 ///
 /// # Errors
-/// [`Error::Io`] if it is there and cannot be read.
+/// [`Error::Io`] if it is there and cannot be read, or is no regular file.
 pub(super) fn read(place: &Path) -> Result<Option<Vec<u8>>> {
-    // Asked before it is opened: opening a pipe would wait for its writer.
-    match std::fs::metadata(place) {
-        Ok(metadata) if metadata.is_file() => {}
-        _ => return Ok(None),
+    if std::fs::metadata(place).map_or(true, |metadata| metadata.is_dir()) {
+        return Ok(None);
     }
+    let (mut file, _) = open_regular(place)?;
     let mut content = Vec::new();
-    File::open(place)
-        .and_then(|mut file| file.read_to_end(&mut content))
-        .map_err(|source| Error::io(place, source))?;
+    file.read_to_end(&mut content).map_err(|source| Error::io(place, source))?;
     Ok(Some(content))
 }
 

@@ -234,22 +234,120 @@ fn an_interrupted_save_leaves_nothing_behind() {
     assert_eq!(*reports.last().unwrap(), (Stage::Write, length, length));
 }
 
+fn load_from(stream: &[u8]) -> Result<Mesh> {
+    load_stream(Path::new("the stream"), stream, 64 << 20, &NoProgress)
+}
+
+#[test]
+fn a_stream_is_known_by_its_content() {
+    let mesh = grid(100);
+    let obj = "# a comment\n\no grid\nv 0 0 0\nv 1 0 0 # here\nv 0 1 0\nf 1 2 3\n";
+    let off = "OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n";
+    let gltf = "\n{\"asset\":{\"version\":\"2.0\"}}";
+    let solid = "solid\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\n\
+                 endloop\nendfacet\nendsolid";
+    let long_obj = format!("{}{}", obj, "f 1 2 3\n".repeat(START_BYTES));
+    for (content, triangles) in [
+        (ply_bytes(&mesh), 20_000),
+        (ascii_ply_bytes(&mesh), 20_000),
+        (stl_bytes(&mesh), 20_000),
+        (solid.into(), 1),
+        (obj.into(), 1),
+        (obj.trim_end().into(), 1),
+        (long_obj.into(), START_BYTES + 1),
+        (off.into(), 1),
+        (gltf.into(), 0),
+    ] {
+        assert_eq!(load_from(&content).unwrap().triangle_count(), triangles);
+        assert_eq!(load_from(&compress(&content)).unwrap().triangle_count(), triangles);
+    }
+}
+
+#[test]
+fn a_stream_that_is_no_mesh_is_named() {
+    for (content, expected) in [
+        (&b""[..], "the stream: byte 0: there is nothing in it"),
+        (b"1 2 3\n", "the stream: byte 0: the format is not known; supported are PLY"),
+        (b"# notes\n", "the format is not known"),
+        (b"v for vertex\n", "the format is not known"),
+        (b"v 1 2 3\nimport x\nv 1 2 3\n", "the format is not known"),
+        (&[0; 2000], "the format is not known"),
+        (b"\x89HLT", "this is not a mesh but a tree"),
+        (&stl_bytes(&grid(3))[..200], "the stream: facet 2: the file ends before its end"),
+    ] {
+        let error = load_from(content).unwrap_err().to_string();
+        assert!(error.contains(expected) && !error.contains('\n'), "{error}");
+    }
+    let bytes = ply_bytes(&grid(3));
+    let most = bytes.len() as u64;
+    let load = |most| load_stream(Path::new("the stream"), &bytes[..], most, &NoProgress);
+    assert_eq!(load(most).unwrap(), grid(3));
+    let error = load(most - 1).unwrap_err().to_string();
+    assert!(error.starts_with(&format!("the stream: byte {}: more bytes", most - 1)), "{error}");
+}
+
+/// A stream that goes on for ever, and how much of it was asked for.
+struct Endless<'a> {
+    start: &'a [u8],
+    asked: u64,
+}
+
+impl Read for &mut Endless<'_> {
+    fn read(&mut self, buffer: &mut [u8]) -> std::io::Result<usize> {
+        self.asked += buffer.len() as u64;
+        if self.start.is_empty() {
+            buffer.fill(0);
+            return Ok(buffer.len());
+        }
+        self.start.read(buffer)
+    }
+}
+
+#[test]
+fn an_endless_stream_is_refused_by_its_start_or_at_the_bound() {
+    const MOST: u64 = 8 << 20;
+    for (start, expected, most_asked) in [
+        (&b""[..], "the format is not known", 2 << 20),
+        (b"{", "more bytes follow than may come this way", MOST + (2 << 20)),
+    ] {
+        let mut endless = Endless { start, asked: 0 };
+        let error = load_stream(Path::new("zeros"), &mut endless, MOST, &NoProgress).unwrap_err();
+        assert!(error.to_string().contains(expected), "{error}");
+        assert!(endless.asked <= most_asked, "{} bytes were asked for", endless.asked);
+    }
+}
+
 #[cfg(unix)]
 #[test]
-fn a_pipe_is_read_like_a_file() {
-    use std::io::Write;
-    let mesh = grid(100);
-    let bytes = ply_bytes(&mesh);
-    let mut cat = std::process::Command::new("cat")
-        .stdin(std::process::Stdio::piped())
-        .stdout(std::process::Stdio::piped())
-        .spawn()
-        .unwrap();
-    let (mut input, output) = (cat.stdin.take().unwrap(), cat.stdout.take().unwrap());
-    let writer = std::thread::spawn(move || input.write_all(&bytes).unwrap());
-    use std::os::fd::AsRawFd;
-    let path = PathBuf::from(format!("/dev/fd/{}", output.as_raw_fd()));
-    assert_eq!(load(&path, &NoProgress).unwrap(), mesh);
-    writer.join().unwrap();
-    cat.wait().unwrap();
+fn a_pipe_or_a_device_is_not_read_as_a_file() {
+    let folder = tempfile::tempdir().unwrap();
+    let pipe = folder.path().join("pipe.ply");
+    assert!(std::process::Command::new("mkfifo").arg(&pipe).status().unwrap().success());
+    // Whoever opens the pipe all the same finds its end, and no reason to wait.
+    let writer = pipe.clone();
+    std::thread::spawn(move || while std::fs::write(&writer, "").is_ok() {});
+    for (path, kind) in [(&*pipe, "a pipe"), (Path::new("/dev/null"), "a device")] {
+        let expected = format!("{}: not a regular file but {kind}", path.display());
+        assert_eq!(load(path, &NoProgress).unwrap_err().to_string(), expected);
+        // Neither are the files that a file names.
+        let place = folder.path().join("side");
+        std::os::unix::fs::symlink(path, &place).unwrap();
+        for (name, content) in [
+            ("a.obj", "mtllib side\nv 0 0 0\n"),
+            (
+                "a.gltf",
+                r#"{"asset":{"version":"2.0"},"buffers":[{"uri":"side","byteLength":12}],
+                "bufferViews":[{"buffer":0,"byteLength":12}],"scenes":[{"nodes":[0]}],
+                "nodes":[{"mesh":0}],"meshes":[{"primitives":[{"attributes":{"POSITION":0}}]}],
+                "accessors":[{"bufferView":0,"componentType":5126,"count":1,"type":"VEC3"}]}"#,
+            ),
+        ] {
+            let mesh = folder.path().join(name);
+            std::fs::write(&mesh, content).unwrap();
+            let error = load(&mesh, &NoProgress).unwrap_err().to_string();
+            let expected = format!("{}: not a regular file but {kind}", place.display());
+            assert_eq!(error, expected, "{name}");
+        }
+        std::fs::remove_file(place).unwrap();
+    }
 }

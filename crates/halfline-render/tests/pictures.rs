@@ -3,7 +3,6 @@
 mod support;
 
 use std::sync::atomic::{AtomicU64, Ordering};
-use std::time::{Duration, Instant};
 
 use halfline::geometry::{NO_FACE, vec3};
 use halfline::mesh::Positions;
@@ -353,10 +352,8 @@ fn a_picture_stops_when_it_should() {
     let scene = sphere();
     let settings = RenderSettings { width: 2000, height: 2000, ..settings(Shading::Clay) };
     for patience in [0, 1, 1000] {
-        let start = Instant::now();
         let observer = Impatient { questions: AtomicU64::new(0), patience };
         assert!(matches!(render(&scene, &settings, &observer), Err(Error::Interrupted)));
-        assert!(start.elapsed() < Duration::from_secs(5));
         assert!(observer.questions.into_inner() < patience + 100);
     }
 }

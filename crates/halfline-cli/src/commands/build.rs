@@ -28,7 +28,7 @@ Examples:
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
 pub struct Options {
-    /// The mesh to build the tree of
+    /// The mesh to build the tree of, or - for standard input
     #[arg(value_name = "MESH")]
     mesh: PathBuf,
 

@@ -14,7 +14,7 @@ use crate::session::{Figures, Session};
 use crate::source::Source;
 use crate::table::Table;
 use crate::tree_options::TreeOptions;
-use crate::{session, units, values};
+use crate::{input, session, units, values};
 
 const EXAMPLES: &str = "\
 The mesh: vertices at exactly the same place count as one, so that an STL file, or any soup of
@@ -38,7 +38,7 @@ Examples:
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
 pub struct Options {
-    /// The mesh to look into
+    /// The mesh to look into, or - for standard input
     #[arg(value_name = "MESH")]
     mesh: PathBuf,
 
@@ -83,7 +83,7 @@ pub fn run(options: &Options, session: Session) -> Result<(), Failure> {
     tell("peak_memory_bytes", json!(session::peak_memory_bytes()));
 
     let text = || {
-        let mut table = Table::new(options.mesh.display());
+        let mut table = Table::new(input::name(&options.mesh).display());
         findings.mesh_rows(&mut table);
         table.row("load", units::seconds(source.load_seconds), "");
         source.build_row(&mut table, "");

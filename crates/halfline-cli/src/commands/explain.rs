@@ -20,7 +20,7 @@ use crate::session::{Figures, Session};
 use crate::source::Source;
 use crate::table::Table;
 use crate::tree_options::TreeOptions;
-use crate::{output, units, values};
+use crate::{input, output, units, values};
 
 const EXAMPLES: &str = "\
 A ray's walk through the lecture's kd-tree, step by step: each cell and which case of the traversal
@@ -38,7 +38,7 @@ Examples:
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
 pub struct Options {
-    /// The mesh that the ray is cast at
+    /// The mesh that the ray is cast at, or - for standard input
     #[arg(value_name = "MESH")]
     mesh: PathBuf,
 
@@ -157,6 +157,7 @@ fn up_axis(options: &Options) -> Result<usize, Error> {
 
 /// What people know the mesh by.
 fn name_of(mesh: &Path) -> String {
+    let mesh = input::name(mesh);
     mesh.file_name().unwrap_or(mesh.as_os_str()).to_string_lossy().into_owned()
 }
 

@@ -13,7 +13,7 @@ use crate::session::{Figures, Session};
 use crate::source::Source;
 use crate::table::{Table, bar};
 use crate::tree_options::TreeOptions;
-use crate::{session, units};
+use crate::{input, session, units};
 
 const EXAMPLES: &str = "\
 Examples:
@@ -24,7 +24,7 @@ Examples:
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
 pub struct Options {
-    /// The mesh to look into
+    /// The mesh to look into, or - for standard input
     #[arg(value_name = "MESH")]
     mesh: PathBuf,
 
@@ -34,7 +34,10 @@ pub struct Options {
 
 /// Loads the mesh, builds its tree unless it comes with one, and tells about both.
 pub fn run(options: &Options, session: Session) -> Result<(), Failure> {
-    let file_bytes = options.mesh.metadata().map(|metadata| metadata.len()).ok();
+    let file_bytes = match input::is_stdin(&options.mesh) {
+        true => None,
+        false => options.mesh.metadata().map(|metadata| metadata.len()).ok(),
+    };
     let source = Source::open(&options.mesh, &options.tree, &session)?;
     let scene = &source.scene;
     let (mesh, tree) = (scene.mesh(), scene.tree());
@@ -66,7 +69,7 @@ pub fn run(options: &Options, session: Session) -> Result<(), Failure> {
     tell("peak_memory_bytes", json!(peak_memory));
 
     let text = || {
-        let mut table = Table::new(options.mesh.display());
+        let mut table = Table::new(input::name(&options.mesh).display());
         let count = |value: usize| units::count(value as u64);
         let note = format!("{} vertices, {precision}", count(mesh.positions().len()));
         table.row("triangles", count(mesh.triangle_count()), note);

@@ -21,7 +21,7 @@ use crate::session::{Figures, Session};
 use crate::source::{MeshSource, Source};
 use crate::table::Table;
 use crate::tree_options::TreeOptions;
-use crate::{output, session, units};
+use crate::{input, output, session, units};
 
 const EXAMPLES: &str = "\
 RAYS.npy holds float32 or float64 of shape (n, 6) = ox oy oz dx dy dz, or (n, 8) with t_min t_max
@@ -47,11 +47,11 @@ Examples:
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
 pub struct Options {
-    /// The mesh to cast rays at
+    /// The mesh to cast rays at, or - for standard input
     #[arg(value_name = "MESH")]
     mesh: PathBuf,
 
-    /// The rays
+    /// The rays, or - for standard input
     #[arg(value_name = "RAYS.npy")]
     rays: PathBuf,
 
@@ -100,6 +100,10 @@ const BATCH: usize = 1 << 18;
 /// Casts the rays.
 pub fn run(options: &Options, session: Session) -> Result<(), Failure> {
     output::check(&options.output, &[&options.mesh, &options.rays])?;
+    if input::is_stdin(&options.mesh) && input::is_stdin(&options.rays) {
+        let reason = "only one of MESH and RAYS.npy can be -, standard input";
+        return Err(Failure::Usage(reason.into()));
+    }
     // A wrong ray file should show before a large mesh is loaded.
     let rays = RayFile::open(&options.rays)?;
     if matches!(options.engine, EngineName::Fast) {

@@ -16,7 +16,7 @@ use serde_json::{Value, json};
 use crate::failure::Failure;
 use crate::session::{Figures, Session};
 use crate::source::MeshSource;
-use crate::{output, session, units, values};
+use crate::{input, output, session, units, values};
 
 const EXAMPLES: &str = "\
 Brute force, the lecture's kd-tree (split in the middle, at the median, by the surface-area
@@ -36,7 +36,7 @@ Examples:
 #[command(after_help = EXAMPLES)]
 pub struct Options {
     /// Study this mesh: itself, random samples of its triangles, and its triangles cut into four again and
-    /// again
+    /// again; - is standard input
     #[arg(value_name = "MESH")]
     mesh: Option<PathBuf>,
 
@@ -85,6 +85,7 @@ pub fn run(options: &Options, session: Session) -> Result<(), Failure> {
             let (source, _) = MeshSource::open(path, &Default::default(), &session)?;
             source.guarded(|| {
                 let mesh = Arc::new(source.mesh().clone());
+                let path = input::name(path);
                 let name = path.file_name().unwrap_or(path.as_os_str()).to_string_lossy().into();
                 study_and_tell(options, vec![Family::Own { name, mesh }], session)
             })

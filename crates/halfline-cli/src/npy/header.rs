@@ -4,7 +4,6 @@
 //! of three known entries. Only these are understood here, not Python, so that a header from a
 //! stranger cannot nest until the stack overflows.
 
-use std::fs::File;
 use std::io::{ErrorKind, Read};
 use std::path::Path;
 
@@ -49,7 +48,7 @@ impl Number {
 }
 
 /// The header's text, and where the data begins.
-pub fn read_header(file: &mut File, path: &Path) -> Result<(Vec<u8>, u64)> {
+pub fn read_header(file: &mut impl Read, path: &Path) -> Result<(Vec<u8>, u64)> {
     let no_npy = |error: std::io::Error| match error.kind() {
         ErrorKind::UnexpectedEof => Error::format(path, "header", "the file ends within it"),
         _ => Error::io(path, error),

@@ -6,18 +6,34 @@
 mod header;
 
 use std::fs::File;
-use std::io::{ErrorKind, Read, Seek, SeekFrom};
+use std::io::{ErrorKind, Read, Seek, SeekFrom, Stdin};
 use std::path::{Path, PathBuf};
 
 use halfline::error::Result;
 use halfline::{Error, Ray};
 
+use crate::input;
 use header::{Header, Layout, Number, read_header};
+
+/// Where the bytes come from.
+enum Data {
+    File(File),
+    Stdin(Stdin),
+}
+
+impl Read for Data {
+    fn read(&mut self, buffer: &mut [u8]) -> std::io::Result<usize> {
+        match self {
+            Data::File(file) => file.read(buffer),
+            Data::Stdin(stdin) => stdin.read(buffer),
+        }
+    }
+}
 
 /// An open file of rays, of shape (n, 6) or (n, 8).
 pub struct RayFile {
     path: PathBuf,
-    file: File,
+    data: Data,
     layout: Layout,
     /// Where the first number lies.
     data_offset: u64,
@@ -26,13 +42,20 @@ pub struct RayFile {
 }
 
 impl RayFile {
-    /// Opens `path` and reads its header.
+    /// Opens the regular file at `path`, or standard input for `-`, and reads its header.
     ///
     /// # Errors
     /// If the file cannot be read, is no `.npy` file, or does not hold what rays look like.
     pub fn open(path: &Path) -> Result<RayFile> {
-        let mut file = File::open(path).map_err(|error| Error::io(path, error))?;
-        let (header, data_offset) = read_header(&mut file, path)?;
+        let (mut data, most_bytes) = if input::is_stdin(path) {
+            (Data::Stdin(std::io::stdin()), input::MOST_STDIN_BYTES)
+        } else {
+            input::check_regular(path)?;
+            let (file, metadata) = halfline::storage::open_regular(path)?;
+            (Data::File(file), metadata.len())
+        };
+        let path = input::name(path);
+        let (header, data_offset) = read_header(&mut data, path)?;
         let layout = Header::parse(&header)
             .map_err(|reason| Error::format(path, "header", reason))?
             .layout()
@@ -41,21 +64,21 @@ impl RayFile {
             .rows
             .checked_mul((layout.columns * layout.number.size()) as u64)
             .and_then(|bytes| bytes.checked_add(data_offset));
-        let metadata = file.metadata().map_err(|error| Error::io(path, error))?;
-        if metadata.is_file() {
-            if promised.is_none_or(|promised| promised > metadata.len()) {
-                return Err(too_short(path, &layout, metadata.len()));
+        let is_within = promised.is_some_and(|promised| promised <= most_bytes);
+        let refused = |reason| Err(Error::format(path, "header", reason));
+        match data {
+            Data::File(_) if !is_within => return Err(too_short(path, &layout, most_bytes)),
+            Data::Stdin(_) if !is_within => {
+                return refused("promises more bytes than may come this way: save them to a file");
             }
-        } else if layout.fortran_order {
-            return Err(Error::format(
-                path,
-                "header",
-                "Fortran order needs a file to move about in, not a pipe",
-            ));
+            Data::Stdin(_) if layout.fortran_order => {
+                return refused("Fortran order needs a file to move about in, not a stream");
+            }
+            _ => {}
         }
         Ok(RayFile {
             path: path.to_owned(),
-            file,
+            data,
             layout,
             data_offset,
             rays_read: 0,
@@ -75,15 +98,18 @@ impl RayFile {
         let count = (rows - self.rays_read).min(at_most as u64) as usize;
         let size = number.size();
         self.bytes.resize(count * columns * size, 0);
-        let outcome = if fortran_order && count > 0 {
+        let outcome = if let Data::File(file) = &mut self.data
+            && fortran_order
+            && count > 0
+        {
             // Each column is contiguous: column by column into a block of the same order.
             self.bytes.chunks_exact_mut(count * size).enumerate().try_for_each(|(i, column)| {
                 let at = (i as u64 * rows + self.rays_read) * size as u64;
-                self.file.seek(SeekFrom::Start(self.data_offset + at))?;
-                self.file.read_exact(column)
+                file.seek(SeekFrom::Start(self.data_offset + at))?;
+                file.read_exact(column)
             })
         } else {
-            self.file.read_exact(&mut self.bytes)
+            self.data.read_exact(&mut self.bytes)
         };
         outcome.map_err(|error| match error.kind() {
             ErrorKind::UnexpectedEof => Error::format(

@@ -2,9 +2,12 @@
 
 mod arguments;
 mod build;
+#[cfg(unix)]
+mod child;
 mod failures;
 mod files;
 mod info;
+mod input;
 #[cfg(unix)]
 mod interrupt;
 mod query;
@@ -64,6 +67,15 @@ impl Bench {
     }
 }
 
+/// What was said on stderr, less how far a stage is, which is told after ten seconds on a busy machine.
+fn without_progress(stderr: &str) -> String {
+    let is_progress = |line: &str| {
+        let stage = line.strip_prefix("halfline: ").and_then(|said| said.split_once(": "));
+        stage.is_some_and(|(stage, _)| stage != "error")
+    };
+    stderr.split_inclusive('\n').filter(|line| !is_progress(line)).collect()
+}
+
 /// How the command ended and what it said.
 struct Outcome {
     line: String,
@@ -78,7 +90,7 @@ impl Outcome {
             line: line.into(),
             code: output.status.code(),
             stdout: String::from_utf8(output.stdout).unwrap(),
-            stderr: String::from_utf8(output.stderr).unwrap(),
+            stderr: without_progress(&String::from_utf8(output.stderr).unwrap()),
         }
     }
 

@@ -194,7 +194,7 @@ fn more_rays_than_a_batch_keep_their_order() {
 
 #[test]
 #[cfg(unix)]
-fn rays_may_come_out_of_a_pipe() {
+fn rays_may_come_on_standard_input() {
     let bench = bench();
     bench.run("query cube.ply rays.npy -o file.npz").succeeded();
     let rays = std::fs::File::open(bench.path("rays.npy")).unwrap();
@@ -203,7 +203,7 @@ fn rays_may_come_out_of_a_pipe() {
         .stdout(std::process::Stdio::piped())
         .spawn()
         .unwrap();
-    let mut command = bench.command("query cube.ply /dev/stdin -o pipe.npz");
+    let mut command = bench.command("query cube.ply - -o pipe.npz");
     let output = command.stdin(cat.stdout.take().unwrap()).output().unwrap();
     cat.wait().unwrap();
     assert_eq!(String::from_utf8_lossy(&output.stderr), "");

@@ -71,6 +71,15 @@ pub(super) fn is_complete(bytes: &[u8]) -> bool {
         && facet_count(bytes).is_some_and(|facets| binary_length(facets) <= bytes.len() as u64)
 }
 
+/// True if a binary file of at most `most` bytes can begin with `start`, or be just that. Most other
+/// files promise more or fewer facets in the place where the number of facets lies.
+pub(super) fn may_be_binary(start: &[u8], most: u64) -> bool {
+    facet_count(start).is_some_and(|facets| {
+        let length = binary_length(facets);
+        facets > 0 && (start.len() as u64..=most).contains(&length)
+    })
+}
+
 /// The mesh that `bytes`, an STL file, describe. `path` names it in errors.
 ///
 /// Vertices with the same bits become one, and -0 becomes 0. Coordinates of ASCII files stay in
@@ -106,6 +115,18 @@ fn read_binary(path: &Path, bytes: &[u8], progress: &SharedProgress) -> Result<W
             format!("a binary STL file has at least {HEADER_BYTES} bytes, not {}", bytes.len());
         return Err(Error::format(path, "header", reason));
     };
+    if count == 0 && is_stl(bytes) {
+        let reason =
+            "the file begins with 'solid' but is no text, and read as binary it has no facets";
+        return Err(Error::format(path, "header", reason));
+    }
+    if count == 0 && bytes.len() > HEADER_BYTES {
+        let reason = format!(
+            "the header promises no facets, and {} bytes follow",
+            bytes.len() - HEADER_BYTES
+        );
+        return Err(Error::format(path, "header", reason));
+    }
     if binary_length(count) > bytes.len() as u64 {
         return Err(Error::format(
             path,

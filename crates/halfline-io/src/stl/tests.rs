@@ -93,6 +93,22 @@ fn several_solids_are_one_mesh() {
 }
 
 #[test]
+fn zeros_are_no_mesh_without_facets() {
+    for (start, length) in [(&b"solid"[..], 84), (b"solid", 1000), (b"solid name\n", 90)] {
+        let mut bytes = start.to_vec();
+        bytes.resize(length, 0);
+        let error = error_of(&bytes);
+        assert!(error.contains("header: the file begins with 'solid' but is no text"), "{error}");
+    }
+    let error = error_of(&[0; 134]);
+    assert!(error.contains("the header promises no facets, and 50 bytes follow"), "{error}");
+    // In text, and in a binary file that ends there, nothing is a mesh of no triangles.
+    for bytes in [&b"solid name\nendsolid name\n"[..], &[0; 84]] {
+        assert_eq!(read_bytes(bytes).unwrap().triangle_count(), 0);
+    }
+}
+
+#[test]
 fn coordinates_with_more_digits_than_single_precision_stay_double() {
     let text = ascii_text(&TETRAHEDRON).replace("vertex 1e0 ", "vertex 412345.678 ");
     let mesh = read_bytes(text.as_bytes()).unwrap();

@@ -26,6 +26,12 @@ fn forms_of_the_same_triangle() {
         format!("{v}f 1 2 3\n").replace('\n', "\r"),
         format!("{v}f 1 \\\n2 \\\r\n  3\n"),
         format!("# a path \\\n{v}f 1 2 3\n"),
+        format!("{v}f 1 2 3  # top"),
+        format!("{v}f 1 2 3 #top # 4"),
+        format!("{v}f 1/1 2/2 3/3\t# a path \\\n"),
+        format!("{v}f 1 \\\n2 3 # a path \\\n# end"),
+        "v 0 0 0 # 1 1 1\nv 1 0 0 #\nv 0 1 0 0.5 # a path \\\nf 1 2 3\n".to_owned(),
+        format!("{v}vt 0 0 # t\nvn 0 0 1 # n\ng a # g\ns 1 # s\nusemtl none # m\nf 1 2 3\n"),
         "v 0 0 0 1.0\nv 1 0 0 0.5\nv 0 1 0 1\nf 1 2 3\n".to_owned(),
         "v +0 -0.0 0e0\nv 1. 0 0\nv .0 1E+0 0\nf 1 2 3\n".to_owned(),
         format!(
@@ -106,6 +112,8 @@ fn broken_files() {
         (format!("{v}v 1 2"), "line 4", "three coordinates, found 2"),
         (format!("{v}v"), "line 4", "three coordinates, found 0"),
         (format!("{v}v 1 2 1,5"), "line 4", "`1,5` is not a number"),
+        (format!("{v}f 1 2 # 3"), "line 4", "three corners, found 2"),
+        (format!("{v}v 1 2 # 3"), "line 4", "three coordinates, found 2"),
         (
             format!("{v}v 1 2 \u{1b}[31m{}", "9".repeat(100)).replace("31m9", "31mx"),
             "line 4",
@@ -166,6 +174,48 @@ fn materials_come_from_libraries_in_the_folder() {
     fs::write(folder.join("bad.mtl"), "newmtl a\nNs very\n").unwrap();
     let error = read(&path, b"mtllib bad.mtl\nv 0 0 0\n", &NoProgress).unwrap_err().to_string();
     assert!(error.ends_with("bad.mtl: line 2: `very` is not a number"), "{error}");
+}
+
+#[test]
+fn comments_stand_behind_names_and_names_may_hold_their_mark() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("mesh.obj");
+    fs::write(folder.path().join("a #1.mtl"), "newmtl plain # a comment\nKd 0.25 # 1 1\n").unwrap();
+    fs::write(
+        folder.path().join("b.mtl"),
+        "newmtl red #1 # first\nKd 1 0 0 # red\nnewmtl red #2\nKd 0.5 0 0\nd 1 # opaque\n\
+         newmtl #00ff00\nKd 0 1 0\nNs 10 # a path \\\nnewmtl blue\nKd 0 0 1\n",
+    )
+    .unwrap();
+    let mut text =
+        "mtllib a #1.mtl\nmtllib b.mtl # colours\nv 0 0 0\nv 1 0 0\nv 0 1 0\n".to_owned();
+    let cases = [
+        ("plain", [0.25; 3]),
+        ("plain # the same", [0.25; 3]),
+        ("red #2", [0.5, 0.0, 0.0]),
+        ("red #1 # first", [1.0, 0.0, 0.0]),
+        ("#00ff00", [0.0, 1.0, 0.0]),
+        ("#00ff00 # green", [0.0, 1.0, 0.0]),
+        ("blue\t#", [0.0, 0.0, 1.0]),
+        ("#0000ff", [0.8; 3]),
+    ];
+    for (name, _) in cases {
+        text += &format!("usemtl {name}\nf 1 2 3\n");
+    }
+    let mesh = read(&path, text.as_bytes(), &NoProgress).unwrap();
+    let default = Material::default().base_color[0];
+    for (face, (name, expected)) in cases.into_iter().enumerate() {
+        let material = mesh.triangle_materials.as_ref().unwrap()[face];
+        let [r, g, b, _] = mesh.materials[material as usize].base_color;
+        let expected = if name == "#0000ff" { [default; 3] } else { expected };
+        assert_eq!([r, g, b], expected, "{name}");
+    }
+}
+
+#[test]
+fn a_number_may_hold_the_mark_of_comments() {
+    let mesh = mesh_of(read, "v 0 0 1.#INF\nv 1 0 0\nv 0 1 0 # 1.#INF\nf 1 2 3\n");
+    assert_eq!(points(&mesh)[0][2], f64::INFINITY);
 }
 
 #[test]

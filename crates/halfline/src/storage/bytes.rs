@@ -1,11 +1,10 @@
 //! A file's bytes, mapped rather than copied where the operating system can.
 
-use std::fs::File;
 use std::io::Read;
 use std::ops::Deref;
 use std::path::Path;
 
-use super::MappedFile;
+use super::{MappedFile, open_regular};
 use crate::error::{Error, Result};
 use crate::progress::Observer;
 
@@ -15,7 +14,7 @@ use crate::progress::Observer;
 pub enum Bytes {
     /// Pages of the file itself, read only.
     Mapped(MappedFile),
-    /// A copy, for what cannot be mapped: pipes, devices, empty files.
+    /// A copy, for what cannot be mapped: streams, empty files, some file systems.
     Owned(Vec<u8>),
 }
 
@@ -23,49 +22,50 @@ pub enum Bytes {
 const STREAM_CHUNK: u64 = 1 << 20;
 
 impl Bytes {
-    /// Maps the file at `path`, or reads it if it is a stream.
+    /// Maps the regular file at `path`, or reads it where it cannot be mapped.
+    pub fn open(path: &Path, observer: &dyn Observer) -> Result<Bytes> {
+        let (file, metadata) = open_regular(path)?;
+        match metadata.len() > 0 {
+            true => match MappedFile::new(&file) {
+                Some(map) => Ok(Bytes::Mapped(map)),
+                None => Bytes::read(path, file, u64::MAX, observer, &|_| Ok(())),
+            },
+            false => Ok(Bytes::Owned(Vec::new())),
+        }
+    }
+
+    /// Reads `stream`, which errors call `name`, to its end.
     ///
-    /// `accept` sees the first bytes of a stream before the rest is read, and refuses by an error
-    /// what is not worth reading to a perhaps infinite end.
-    pub fn open(
-        path: &Path,
+    /// `accept` sees the first bytes before the rest is read, and refuses by an error what is not worth
+    /// reading.
+    ///
+    /// # Errors
+    /// [`Error::Format`] if the stream has more than `most` bytes.
+    pub fn read(
+        name: &Path,
+        mut stream: impl Read,
+        most: u64,
         observer: &dyn Observer,
         accept: &dyn Fn(&[u8]) -> Result<()>,
     ) -> Result<Bytes> {
-        let file = File::open(path).map_err(|e| Error::io(path, e))?;
-        let metadata = file.metadata().map_err(|e| Error::io(path, e))?;
-        if metadata.is_dir() {
-            return Err(Error::io(path, std::io::ErrorKind::IsADirectory.into()));
-        }
-        if metadata.is_file()
-            && metadata.len() > 0
-            && let Some(map) = MappedFile::new(&file)
-        {
-            return Ok(Bytes::Mapped(map));
-        }
-        read_stream(path, file, observer, accept).map(Bytes::Owned)
-    }
-}
-
-fn read_stream(
-    path: &Path,
-    mut stream: impl Read,
-    observer: &dyn Observer,
-    accept: &dyn Fn(&[u8]) -> Result<()>,
-) -> Result<Vec<u8>> {
-    let mut bytes = Vec::new();
-    loop {
-        observer.check()?;
-        let read = stream
-            .by_ref()
-            .take(STREAM_CHUNK)
-            .read_to_end(&mut bytes)
-            .map_err(|e| Error::io(path, e))? as u64;
-        if read == bytes.len() as u64 {
-            accept(&bytes)?;
-        }
-        if read < STREAM_CHUNK {
-            return Ok(bytes);
+        let mut bytes = Vec::new();
+        loop {
+            observer.check()?;
+            let read = stream
+                .by_ref()
+                .take(STREAM_CHUNK)
+                .read_to_end(&mut bytes)
+                .map_err(|e| Error::io(name, e))? as u64;
+            if read == bytes.len() as u64 {
+                accept(&bytes)?;
+            }
+            if bytes.len() as u64 > most {
+                let reason = "more bytes follow than may come this way: save them to a file first";
+                return Err(Error::format(name, format!("byte {most}"), reason));
+            }
+            if read < STREAM_CHUNK {
+                return Ok(Bytes::Owned(bytes));
+            }
         }
     }
 }
@@ -98,31 +98,54 @@ mod tests {
     use super::*;
     use crate::progress::NoProgress;
 
-    fn accept_all(_: &[u8]) -> Result<()> {
-        Ok(())
-    }
-
     #[test]
     fn a_file_is_mapped_and_an_empty_one_owned() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("a");
         std::fs::write(&path, b"abc").unwrap();
-        let bytes = Bytes::open(&path, &NoProgress, &accept_all).unwrap();
+        let bytes = Bytes::open(&path, &NoProgress).unwrap();
         assert!(matches!(bytes, Bytes::Mapped(_)));
         assert_eq!(&*bytes, b"abc");
         std::fs::write(&path, b"").unwrap();
-        let bytes = Bytes::open(&path, &NoProgress, &accept_all).unwrap();
+        let bytes = Bytes::open(&path, &NoProgress).unwrap();
         assert!(matches!(&bytes, Bytes::Owned(v) if v.is_empty()));
     }
 
     #[test]
     fn a_folder_and_a_missing_file_are_errors_that_name_them() {
         let folder = tempfile::tempdir().unwrap();
-        let error = Bytes::open(folder.path(), &NoProgress, &accept_all).unwrap_err().to_string();
+        let error = Bytes::open(folder.path(), &NoProgress).unwrap_err().to_string();
         assert!(error.contains("directory"), "{error}");
-        let error =
-            Bytes::open(&folder.path().join("none.ply"), &NoProgress, &accept_all).unwrap_err();
+        let error = Bytes::open(&folder.path().join("none.ply"), &NoProgress).unwrap_err();
         assert!(error.to_string().contains("none.ply"), "{error}");
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn what_waits_or_never_ends_is_not_opened() {
+        let folder = tempfile::tempdir().unwrap();
+        let pipe = folder.path().join("pipe.ply");
+        assert!(std::process::Command::new("mkfifo").arg(&pipe).status().unwrap().success());
+        // Whoever opens the pipe all the same finds its end, and no reason to wait.
+        let writer = pipe.clone();
+        std::thread::spawn(move || std::fs::write(writer, ""));
+        let device = folder.path().join("device.ply");
+        std::os::unix::fs::symlink("/dev/null", &device).unwrap();
+        let socket = folder.path().join("socket.ply");
+        let _listener = std::os::unix::net::UnixListener::bind(&socket).unwrap();
+        for (path, kind) in [(pipe, "a pipe"), (device, "a device"), (socket, "a socket")] {
+            let error = Bytes::open(&path, &NoProgress).unwrap_err().to_string();
+            let expected = format!("{}: not a regular file but {kind}", path.display());
+            assert_eq!(error, expected);
+        }
+    }
+
+    fn read_stream(
+        stream: impl Read,
+        most: u64,
+        accept: &dyn Fn(&[u8]) -> Result<()>,
+    ) -> Result<Bytes> {
+        Bytes::read(Path::new("stream"), stream, most, &NoProgress, accept)
     }
 
     #[test]
@@ -131,7 +154,7 @@ mod tests {
             assert!(first.len() as u64 <= STREAM_CHUNK);
             Err(Error::invalid("stream", "refused"))
         };
-        let error = read_stream(Path::new("zeros"), std::io::repeat(0), &NoProgress, &refuse);
+        let error = read_stream(std::io::repeat(0), u64::MAX, &refuse);
         assert_eq!(error.unwrap_err().to_string(), "stream: refused");
     }
 
@@ -143,10 +166,19 @@ mod tests {
             seen.set(seen.get() + 1);
             Ok(())
         };
-        let bytes =
-            read_stream(Path::new("s"), std::io::repeat(7).take(length), &NoProgress, &accept)
-                .unwrap();
+        let bytes = read_stream(std::io::repeat(7).take(length), length, &accept).unwrap();
         assert_eq!(bytes.len() as u64, length);
         assert_eq!(seen.get(), 1);
+    }
+
+    #[test]
+    fn a_stream_without_end_is_given_up() {
+        for most in [5, 3 * STREAM_CHUNK] {
+            let error = read_stream(std::io::repeat(7), most, &|_| Ok(())).unwrap_err().to_string();
+            assert!(
+                error.starts_with(&format!("stream: byte {most}: more bytes follow")),
+                "{error}"
+            );
+        }
     }
 }

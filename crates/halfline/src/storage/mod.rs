@@ -6,6 +6,7 @@ mod buffer;
 mod bytes;
 mod huge_pages;
 mod mapped_file;
+mod regular;
 #[cfg(unix)]
 mod shortened;
 
@@ -15,3 +16,4 @@ pub use bytes::Bytes;
 pub(crate) use huge_pages::advise_huge_pages;
 pub use huge_pages::zeroed;
 pub use mapped_file::MappedFile;
+pub use regular::{open_regular, stream_name};

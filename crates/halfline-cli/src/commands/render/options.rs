@@ -20,7 +20,7 @@ Examples:
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
 pub struct Options {
-    /// The mesh to draw
+    /// The mesh to draw, or - for standard input
     #[arg(value_name = "MESH")]
     pub mesh: PathBuf,
 

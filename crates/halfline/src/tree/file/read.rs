@@ -1,6 +1,5 @@
 //! Opens a tree file.
 
-use std::fs::File;
 use std::io::Read;
 use std::path::Path;
 use std::sync::Arc;
@@ -12,10 +11,10 @@ use super::TreeFile;
 use super::checksums::{CHUNK, Verify, damage, header_checksum};
 use super::header::{BYTE_ORDER, Flag, Header, MAGIC, PAGE, Section, VERSION};
 use crate::error::{Error, Result};
+use crate::storage::{Buffer, MappedFile, open_regular};
 use crate::mesh::{Material, Mesh, Positions};
 use crate::numeric::Frame;
 use crate::progress::Observer;
-use crate::storage::{Buffer, MappedFile};
 use crate::tree::{BuildParameters, CollinearFaces, LeafBlocks, MAX_STACK_SIZE, NodeRef, Tree};
 
 /// What a tree file holds.
@@ -36,13 +35,11 @@ pub struct Opened {
 /// name if it has none.
 pub fn is_tree_file(path: &Path) -> bool {
     let mut start = Vec::new();
-    let read = File::open(path).and_then(|file| {
-        // A pipe would lose what is read here, and cannot be a tree.
-        let is_file = file.metadata()?.is_file();
-        file.take(if is_file { MAGIC.len() as u64 } else { 0 }).read_to_end(&mut start)
-    });
+    // A pipe would lose what is read here, and cannot be a tree.
+    let read = open_regular(path)
+        .is_ok_and(|(file, _)| file.take(MAGIC.len() as u64).read_to_end(&mut start).is_ok());
     let is_named = path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("hlt"));
-    read.is_ok() && start == MAGIC || is_named && !matches!(read, Ok(0) if path.is_dir())
+    read && start == MAGIC || is_named && !path.is_dir()
 }
 
 /// Maps the tree file at `path`.
@@ -81,15 +78,7 @@ pub fn open(path: &Path, verify: Verify, observer: &dyn Observer) -> Result<Open
 
 /// The map of a regular file, and whether anybody has touched it since it was written.
 fn map(path: &Path) -> Result<(MappedFile, impl Fn(&Header) -> bool)> {
-    let failed = |error| Error::io(path, error);
-    let file = File::open(path).map_err(failed)?;
-    let metadata = file.metadata().map_err(failed)?;
-    if metadata.is_dir() {
-        return Err(failed(std::io::ErrorKind::IsADirectory.into()));
-    }
-    if !metadata.is_file() {
-        return Err(Error::format(path, "file", "a tree is mapped, and so must be a regular file"));
-    }
+    let (file, metadata) = open_regular(path)?;
     if metadata.len() == 0 {
         return Err(Error::format(path, "byte 0", "the file is empty"));
     }
