@@ -22,8 +22,8 @@ if TYPE_CHECKING:
     from halfline._hits import AllHits, Hits
     from halfline._image import Image
     from halfline._mesh import Mesh, generate, load
+    from halfline._open import open_tree as open  # noqa: A004
     from halfline._scene import Scene
-    from halfline._scene import open_tree as open  # noqa: A004
 
 __all__ = [
     "AllHits",
@@ -51,7 +51,7 @@ _LAZY = {
     "Scene": "halfline._scene",
     "generate": "halfline._mesh",
     "load": "halfline._mesh",
-    "open": "halfline._scene",
+    "open": "halfline._open",
 }
 
 # What `import halfline` finds when it is asked for.

@@ -79,20 +79,18 @@ def rays_of(
     Returns:
         The leading dimensions of the answer, and the rays.
     """
-    starts = _vectors("origins", origins)
-    ways = _vectors("directions", directions)
-    begin = _numbers("t_min", t_min)
-    end = _numbers("t_max", t_max)
-    start_shape, way_shape = starts.shape[:-1], ways.shape[:-1]
-    if start_shape == way_shape and isinstance(begin, float) and isinstance(end, float):
-        shape = start_shape
-    else:
-        shape = _broadcast(start_shape, way_shape, np.shape(begin), np.shape(end))
+    origin_array = _vectors("origins", origins)
+    direction_array = _vectors("directions", directions)
+    lowest, highest = _numbers("t_min", t_min), _numbers("t_max", t_max)
+    shape = origin_array.shape[:-1]
+    is_even = shape == direction_array.shape[:-1]
+    if not (is_even and isinstance(lowest, float) and isinstance(highest, float)):
+        shape = _broadcast(shape, direction_array.shape[:-1], np.shape(lowest), np.shape(highest))
     columns = (
-        _vector_column(starts, shape),
-        _vector_column(ways, shape),
-        _number_column(begin, shape),
-        _number_column(end, shape),
+        _vector_column(origin_array, shape),
+        _vector_column(direction_array, shape),
+        _number_column(lowest, shape),
+        _number_column(highest, shape),
     )
     return shape, columns
 

@@ -8,6 +8,8 @@ import warnings
 from importlib import import_module
 from typing import TYPE_CHECKING
 
+from halfline._native import RenderSettings
+
 if TYPE_CHECKING:
     from distributed import Client
 
@@ -22,19 +24,20 @@ class Cluster:
     def __init__(self, client: Client) -> None:
         self._client = client
 
-    def trace(self, path: str, options: list[str], report: Report) -> list[bytes]:
+    def trace(self, path: str, settings: str, report: Report) -> list[bytes]:
         """All rows of a picture of a tree file.
 
         Args:
             path: The file.
-            options: Of the picture.
+            settings: The picture's, as JSON.
             report: Called with the stage, what is done of it and the total, and often with zeros
                 for both; what it raises ends the work.
         """
         from halfline.dask._render import trace
 
         try:
-            return trace(self._client, path, options, report, lambda: report("trace", 0, 0))
+            wanted = RenderSettings.from_json(settings)
+            return trace(self._client, path, wanted, report, lambda: report("trace", 0, 0))
         finally:
             self._client.close(timeout=1)
 

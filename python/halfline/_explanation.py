@@ -7,16 +7,15 @@ import os
 from functools import cached_property
 from html import escape
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from numpy.typing import ArrayLike
 
 from halfline._arrays import path_of, rays_of
 from halfline._native import Explanation as NativeExplanation
+from halfline._native import Scene as NativeScene
+from halfline._native import write_file
 from halfline._progress import Progress, reporting
-
-if TYPE_CHECKING:
-    from halfline._scene import Scene
 
 
 class Explanation:
@@ -34,27 +33,27 @@ class Explanation:
     @classmethod
     def _of(
         cls,
-        scene: Scene,
+        scene: NativeScene,
         origin: ArrayLike,
         direction: ArrayLike,
         t_range: tuple[float, float],
         rule: str,
         progress: Progress,
     ) -> Explanation:
-        shape, (begin, along, t_min, t_max) = rays_of(origin, direction, *t_range)
+        shape, (from_point, along, t_min, t_max) = rays_of(origin, direction, *t_range)
         # One vector or number comes as such, unless it was meant for many rays.
         if (
             shape != ()
-            or not (isinstance(begin, tuple) and isinstance(along, tuple))
+            or not (isinstance(from_point, tuple) and isinstance(along, tuple))
             or not (isinstance(t_min, float) and isinstance(t_max, float))
         ):
             raise ValueError(f"expected one ray, found rays of shape {shape}")
-        file = scene._native.file
+        file = scene.file
         name = "mesh" if file is None else Path(file[0]).name
         explanation = cls.__new__(cls)
         with reporting(progress) as report:
             explanation._native = NativeExplanation(
-                scene._native, begin, along, t_min, t_max, rule, name, report
+                scene, from_point, along, t_min, t_max, rule, name, report
             )
         return explanation
 
@@ -128,12 +127,7 @@ class Explanation:
         if form is None:
             names = ", ".join(forms)
             raise ValueError(f"path: expected a name that ends in one of {names}, found {path!r}")
-        beside = Path(f"{path}.{os.getpid()}.part")
-        try:
-            beside.write_text(form(), encoding="utf-8")
-            beside.replace(path)
-        finally:
-            beside.unlink(missing_ok=True)
+        write_file(path, form().encode())
 
     def __str__(self) -> str:
         return self._native.text()

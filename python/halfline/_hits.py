@@ -112,11 +112,11 @@ class Hits:
             TypeError: For other dtypes.
             ValueError: For a shape that does not broadcast to the hits.
         """
-        ways = vectors_of("directions", directions, self.shape)
-        origins = np.empty(ways.shape)
+        spread = vectors_of("directions", directions, self.shape)
+        origins = np.empty(spread.shape)
         face = np.ascontiguousarray(self.face, dtype=np.int64)
         uv = np.ascontiguousarray(self.uv, dtype=np.float64)
-        self._mesh._native.origins_towards(face, uv, ways, origins)
+        self._mesh._native.origins_towards(face, uv, spread, origins)
         return origins
 
     def _surface(self) -> _Surface:

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from halfline._arrays import path_of
-from halfline._native import encode_png
+from halfline._native import encode_png, write_file
 
 if TYPE_CHECKING:
     from halfline._native import Rendering
@@ -98,12 +98,7 @@ class Image(np.ndarray[tuple[Any, ...], np.dtype[np.uint8]]):
                 f"shape (height, width, 3) or (height, width, 4) PNG; found {self.dtype} of "
                 f"shape {self.shape}"
             )
-        beside = Path(f"{path}.{os.getpid()}.part")
-        try:
-            beside.write_bytes(png)
-            beside.replace(path)
-        finally:
-            beside.unlink(missing_ok=True)
+        write_file(path, png)
 
     def _repr_png_(self) -> bytes | None:
         """The picture as PNG, for Jupyter; None if the array is none."""

@@ -156,6 +156,32 @@ def _unpickle(vertices: FloatArray, faces: NDArray[np.uint32], extras: _Extras) 
     return Mesh._of(bare if is_bare else bare.with_extras(extras))
 
 
+def mesh_of(mesh: Mesh | MeshLike | ArrayLike, faces: ArrayLike | None) -> Mesh:
+    """The mesh that a scene is asked to be of.
+
+    Raises:
+        TypeError: For what is none.
+    """
+    if faces is not None:
+        if hasattr(mesh, "vertices"):
+            raise TypeError("faces: expected none beside a mesh, which has its own")
+        return Mesh(mesh, faces)
+    if isinstance(mesh, Mesh):
+        return mesh
+    if isinstance(mesh, str | os.PathLike):
+        raise TypeError(
+            "mesh: expected a mesh, found a path: halfline.load reads meshes, halfline.open trees"
+        )
+    try:
+        vertices, found = mesh.vertices, mesh.faces  # type: ignore[union-attr]
+    except AttributeError:
+        raise TypeError(
+            "mesh: expected a halfline.Mesh, something with .vertices and .faces, or vertices and "
+            f"faces, found {type(mesh).__name__}"
+        ) from None
+    return Mesh(vertices, found)
+
+
 def load(path: Path, *, progress: Progress = None) -> Mesh:
     """Reads a mesh from a PLY, STL, OBJ, OFF, glTF or GLB file, each also gzipped.
 

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-import inspect
 import os
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -16,14 +15,19 @@ from halfline._explanation import Explanation
 from halfline._hits import AllHits, Hits
 from halfline._html import table
 from halfline._image import Image
-from halfline._mesh import Mesh, MeshLike
-from halfline._native import FormatError, Picture
+from halfline._mesh import Mesh, MeshLike, mesh_of
+from halfline._native import FormatError, Picture, RenderSettings
 from halfline._native import Scene as NativeScene
-from halfline._picture import Color, Vector, options_of
 from halfline._progress import Progress, reporting
 
 if TYPE_CHECKING:
     from distributed import Client
+
+Vector: TypeAlias = Sequence[float]
+"""Three numbers."""
+
+Color: TypeAlias = str | Sequence[float]
+"""An sRGB colour: "#rrggbb", or red, green and blue in 0..1."""
 
 
 class Scene:
@@ -76,7 +80,7 @@ class Scene:
         preset: str = "balanced",
         progress: Progress = None,
     ) -> None:
-        self._mesh = _mesh_of(mesh, faces)
+        self._mesh = mesh_of(mesh, faces)
         with reporting(progress) as report:
             self._native = NativeScene.build(self._mesh._native, preset, report)
 
@@ -142,21 +146,11 @@ class Scene:
     ) -> NDArray[np.bool_]:
         """Whether each ray hits anything, which is quicker than to find what.
 
-        Args:
-            origins: As for `intersect`.
-            directions: As for `intersect`.
-            t_min: As for `intersect`.
-            t_max: As for `intersect`; with directions from point to point and `t_max=1`, whether
-                something lies between.
-            progress: As for `intersect`.
+        With directions from point to point and `t_max=1` it is whether something lies between.
+        Arguments and exceptions are those of `intersect`.
 
         Returns:
             The rays' leading dimensions, bool.
-
-        Raises:
-            TypeError: As `intersect`.
-            ValueError: As `intersect`.
-            KeyboardInterrupt: On Ctrl-C.
         """
         shape, rays = rays_of(origins, directions, t_min, t_max)
         flags = np.empty(shape, dtype=np.bool_)
@@ -175,22 +169,11 @@ class Scene:
     ) -> NDArray[np.int64]:
         """How many hits each ray has: the lengths of the rows of `intersect_all`.
 
-        From a point inside a closed surface the number is odd, from outside it is even.
-
-        Args:
-            origins: As for `intersect`.
-            directions: As for `intersect`.
-            t_min: As for `intersect`.
-            t_max: As for `intersect`.
-            progress: As for `intersect`.
+        From a point inside a closed surface the number is odd, from outside it is even. Arguments
+        and exceptions are those of `intersect`.
 
         Returns:
             The rays' leading dimensions, int64.
-
-        Raises:
-            TypeError: As `intersect`.
-            ValueError: As `intersect`.
-            KeyboardInterrupt: On Ctrl-C.
         """
         shape, rays = rays_of(origins, directions, t_min, t_max)
         counts = np.empty(shape, dtype=np.int64)
@@ -210,22 +193,10 @@ class Scene:
         """All hits of each ray: every crossing, and contacts with the border of open surfaces.
 
         A ray through an edge or a vertex of a closed surface crosses it once there, or not at all
-        where it only touches it.
-
-        Args:
-            origins: As for `intersect`.
-            directions: As for `intersect`.
-            t_min: As for `intersect`.
-            t_max: As for `intersect`.
-            progress: As for `intersect`.
+        where it only touches it. Arguments and exceptions are those of `intersect`.
 
         Returns:
             `splits`, `t`, `face`, `uv`, `point`, `normal` and `ray`, in compressed sparse rows.
-
-        Raises:
-            TypeError: As `intersect`.
-            ValueError: As `intersect`.
-            KeyboardInterrupt: On Ctrl-C.
         """
         shape, rays = rays_of(origins, directions, t_min, t_max)
         with reporting(progress) as report:
@@ -307,7 +278,7 @@ class Scene:
                 `t_min > t_max`.
             KeyboardInterrupt: On Ctrl-C.
         """
-        return Explanation._of(self, origin, direction, (t_min, t_max), rule, progress)
+        return Explanation._of(self._native, origin, direction, (t_min, t_max), rule, progress)
 
     def render(
         self,
@@ -386,14 +357,41 @@ class Scene:
             ValueError: For one that makes no sense, naming it and what was expected.
             KeyboardInterrupt: On Ctrl-C.
         """
-        settings = {name: value for name, value in locals().items() if name in _PICTURE}
+        settings = {
+            "width": width,
+            "height": height,
+            "samples": samples,
+            "seed": seed,
+            "shading": shading,
+            "up": up,
+            "camera_position": camera_position,
+            "camera_focal_point": camera_focal_point,
+            "camera_view_up": camera_view_up,
+            "camera_view_angle": camera_view_angle,
+            "camera_azimuth_angle": camera_azimuth_angle,
+            "camera_elevation_angle": camera_elevation_angle,
+            "camera_orthographic": camera_orthographic,
+            "background": background,
+            "ground": ground,
+            "ground_height": ground_height,
+            "ground_reflectivity": ground_reflectivity,
+            "material": material,
+            "color": color,
+            "metallic": metallic,
+            "roughness": roughness,
+            "base_ior": base_ior,
+            "smooth_angle": smooth_angle,
+            "lights": lights,
+            "max_depth": max_depth,
+            "occlusion_rays": occlusion_rays,
+            "occlusion_reach": occlusion_reach,
+        }
         if client is not None:
             from halfline.dask import render
 
             return render(self, client=client, progress=progress, **settings)
-        options = options_of(settings)
         with reporting(progress) as report:
-            return Image._of(Picture(self._native, options).trace(report))
+            return Image._of(Picture(self._native, RenderSettings(**settings)).trace(report))
 
     def info(self) -> dict[str, Any]:
         """The figures of mesh and tree, as `halfline info --json` names them.
@@ -442,49 +440,12 @@ class Scene:
         return table("Scene", [*self._mesh._figures(), *rows])
 
 
-# What `Scene.render` passes on.
-_PICTURE = frozenset(
-    name
-    for name, parameter in inspect.signature(Scene.render).parameters.items()
-    if parameter.kind is parameter.KEYWORD_ONLY and name not in ("client", "progress")
-)
-
-
 _MESH_NAMES = (".ply", ".stl", ".obj", ".off", ".gltf", ".glb")
-
-
-def open_tree(
-    path: str | os.PathLike[str], *, verify: bool | None = None, progress: Progress = None
-) -> Scene:
-    """Opens a scene that was saved: maps the file, in well under a millisecond whatever its size.
-
-    All processes on a machine share its memory. A file that was touched since it was written, as
-    its time of modification tells, is read once and held against its checksums, at the speed of
-    memory.
-
-    What is damaged after that can give wrong answers or a `FormatError`, but never harms the
-    process; nor does a file that is cut short while it is open.
-
-    Args:
-        path: The file.
-        verify: True to hold it against its checksums in any case, False to never do so.
-        progress: As for `Scene`, with the stage "load".
-
-    Returns:
-        The scene. It pickles as the file's path and content hash.
-
-    Raises:
-        OSError: If the file cannot be opened.
-        FormatError: If it is no tree, or one of another version, cut short or damaged.
-        KeyboardInterrupt: On Ctrl-C.
-    """
-    with reporting(progress) as report:
-        return Scene._of(NativeScene.open(path_of("path", path), verify, report))
 
 
 def _reopen(path: str, content_hash: str) -> Scene:
     """What a scene from a file pickles as."""
-    scene = open_tree(path)
+    scene = Scene._of(NativeScene.open(path))
     if scene.content_hash != content_hash:
         raise FormatError(
             f"{path}: header: this is not the tree that was pickled: its content hash is "
@@ -496,24 +457,3 @@ def _reopen(path: str, content_hash: str) -> Scene:
 def _build(mesh: Mesh, preset: str) -> Scene:
     """What a scene in memory pickles as."""
     return Scene(mesh, preset=preset)
-
-
-def _mesh_of(mesh: Mesh | MeshLike | ArrayLike, faces: ArrayLike | None) -> Mesh:
-    if faces is not None:
-        if hasattr(mesh, "vertices"):
-            raise TypeError("faces: expected none beside a mesh, which has its own")
-        return Mesh(mesh, faces)
-    if isinstance(mesh, Mesh):
-        return mesh
-    if isinstance(mesh, str | os.PathLike):
-        raise TypeError(
-            "mesh: expected a mesh, found a path: halfline.load reads meshes, halfline.open trees"
-        )
-    try:
-        vertices, found = mesh.vertices, mesh.faces  # type: ignore[union-attr]
-    except AttributeError:
-        raise TypeError(
-            "mesh: expected a halfline.Mesh, something with .vertices and .faces, or vertices and "
-            f"faces, found {type(mesh).__name__}"
-        ) from None
-    return Mesh(vertices, found)

@@ -1,4 +1,4 @@
-"""A double of Open3D's ray caster.
+"""A drop-in replacement for Open3D's ray caster.
 
     scene = halfline.open3d.RaycastingScene()
     scene.add_triangles(vertices, triangles)
@@ -27,7 +27,7 @@ class _Built(NamedTuple):
     """All geometries in one scene."""
 
     scene: Scene
-    starts: NDArray[np.int64]
+    first_faces: NDArray[np.int64]
     """The first face of each geometry."""
 
 
@@ -130,18 +130,16 @@ class RaycastingScene:
     ) -> NDArray[np.bool_]:
         """Whether each ray hits anything.
 
+        Exceptions are those of `cast_rays`.
+
         Args:
-            rays: As for `cast_rays`.
+            rays: Origin and direction of each, shape (..., 6), as `cast_rays` takes them.
             tnear: Smallest t that counts, itself included; nothing behind the origin counts.
             tfar: Largest t that counts, itself included.
             nthreads: Has no effect.
 
         Returns:
             Shape (...), bool.
-
-        Raises:
-            TypeError: As `cast_rays`.
-            ValueError: As `cast_rays`.
         """
         array = _array("rays", rays, 6)
         begin, end = max(float(tnear), 0.0), float(tfar)
@@ -149,18 +147,10 @@ class RaycastingScene:
         return scene.occluded(array[..., :3], array[..., 3:], t_min=begin, t_max=end)
 
     def count_intersections(self, rays: Given, nthreads: int = 0) -> NDArray[np.int32]:
-        """How many hits each ray has.
-
-        Args:
-            rays: As for `cast_rays`.
-            nthreads: Has no effect.
+        """How many hits each ray has; arguments and exceptions are those of `cast_rays`.
 
         Returns:
             Shape (...), int32.
-
-        Raises:
-            TypeError: As `cast_rays`.
-            ValueError: As `cast_rays`.
         """
         array = _array("rays", rays, 6)
         counts = self._build().scene.count_intersections(array[..., :3], array[..., 3:])
@@ -169,9 +159,7 @@ class RaycastingScene:
     def list_intersections(self, rays: Given, nthreads: int = 0) -> dict[str, NDArray[Any]]:
         """All hits of each ray, by ray, by distance along the ray, and by IDs.
 
-        Args:
-            rays: As for `cast_rays`.
-            nthreads: Has no effect.
+        Arguments and exceptions are those of `cast_rays`, and one more.
 
         Returns:
             `ray_splits`, where the hits of each ray begin, and the number of all, shape (n + 1,)
@@ -180,8 +168,6 @@ class RaycastingScene:
             (m, 2), which are of the dtype of the rays. A ray that misses has no hits.
 
         Raises:
-            TypeError: As `cast_rays`.
-            ValueError: As `cast_rays`.
             OverflowError: If there are 2^32 hits, which uint32 cannot count.
         """
         array = _array("rays", rays, 6)
@@ -216,7 +202,7 @@ class RaycastingScene:
             1 for a point inside, else 0, shape (...), of the dtype of the points.
 
         Raises:
-            TypeError: As `cast_rays`.
+            TypeError: For arrays that are not of real numbers, or of longdouble.
             ValueError: For other shapes, and for numbers of rays that are not odd.
         """
         points = _array("query_points", query_points, 3)
@@ -224,8 +210,8 @@ class RaycastingScene:
             raise ValueError(f"nsamples: expected an odd number of rays, found {nsamples}")
         scene = self._build().scene
         votes = np.zeros(points.shape[:-1], dtype=np.int64)
-        for way in np.random.default_rng(0).normal(size=(nsamples, 3)):
-            votes += scene.count_intersections(points, way) & 1
+        for direction in np.random.default_rng(0).normal(size=(nsamples, 3)):
+            votes += scene.count_intersections(points, direction) & 1
         return (2 * votes > nsamples).astype(points.dtype)
 
     def compute_closest_points(self, query_points: Given, nthreads: int = 0) -> NoReturn:
@@ -306,28 +292,29 @@ class RaycastingScene:
         self, built: _Built, face: NDArray[np.int64]
     ) -> tuple[NDArray[np.uint32], NDArray[np.uint32]]:
         """The geometry and the primitive of each face of the scene, of -1 INVALID_ID."""
-        if len(built.starts) <= 1:
+        if len(built.first_faces) <= 1:
             geometry = np.where(face < 0, self.INVALID_ID, 0)
             primitive = face
         else:
-            geometry = np.searchsorted(built.starts, face, side="right") - 1
-            primitive = np.where(face < 0, face, face - built.starts[geometry])
+            geometry = np.searchsorted(built.first_faces, face, side="right") - 1
+            primitive = np.where(face < 0, face, face - built.first_faces[geometry])
         # Of -1 this makes INVALID_ID.
         return geometry.astype(np.uint32), primitive.astype(np.uint32)
 
 
 def _build(meshes: list[Mesh]) -> _Built:
     counts = [len(mesh.faces) for mesh in meshes]
-    starts = np.cumsum([0, *counts])[:-1]
+    first_faces = np.cumsum([0, *counts])[:-1]
     if len(meshes) == 1:
-        return _Built(Scene(meshes[0]), starts)
+        return _Built(Scene(meshes[0]), first_faces)
     offsets = np.cumsum([0, *(len(mesh.vertices) for mesh in meshes)])
     # What is float32 stays so unless something is not.
     vertices = np.concatenate([np.empty((0, 3), np.float32), *(mesh.vertices for mesh in meshes)])
     faces = [
         mesh.faces + offset for mesh, offset in zip(meshes, offsets[:-1].tolist(), strict=True)
     ]
-    return _Built(Scene(vertices, np.concatenate([np.empty((0, 3), np.uint32), *faces])), starts)
+    indices = np.concatenate([np.empty((0, 3), np.uint32), *faces])
+    return _Built(Scene(vertices, indices), first_faces)
 
 
 def _no_closest_point(name: str) -> NotImplementedError:

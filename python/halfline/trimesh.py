@@ -1,4 +1,4 @@
-"""A double of trimesh's ray casters.
+"""A drop-in replacement for trimesh's ray casters.
 
     mesh.ray = halfline.trimesh.RayMeshIntersector(mesh)
 
@@ -21,8 +21,8 @@ __all__ = ["RayMeshIntersector"]
 
 # Along which `contains_points` counts crossings, and along which it asks again where counts differ.
 # Neither is special to any mesh.
-_FIRST_WAY = (0.3128, 0.5871, 0.7466)
-_SECOND_WAY = (-0.7213, 0.4127, 0.5562)
+_FIRST_DIRECTION = (0.3128, 0.5871, 0.7466)
+_SECOND_DIRECTION = (-0.7213, 0.4127, 0.5562)
 
 
 class _Hits(NamedTuple):
@@ -119,6 +119,8 @@ class RayMeshIntersector:
     ) -> Any:
         """Which faces rays hit.
 
+        Exceptions are those of `intersects_location`.
+
         Args:
             ray_origins: Where rays begin, shape (n, 3).
             ray_directions: Where they go, of any length, shape (n, 3).
@@ -130,10 +132,6 @@ class RayMeshIntersector:
             The index of the face of each hit, shape (m,), int64; of its ray, shape (m,), int64; and
             with `return_locations` its point, shape (m, 3), float64. A ray that misses does not
             occur in them.
-
-        Raises:
-            TypeError: As `intersects_location`.
-            ValueError: As `intersects_location`.
         """
         hits = self._hits(ray_origins, ray_directions, multiple_hits, max_hits, return_locations)
         return tuple(hits) if return_locations else (hits.face, hits.ray)
@@ -143,16 +141,14 @@ class RayMeshIntersector:
     ) -> NDArray[np.int64]:
         """The first face that each ray hits.
 
+        Exceptions are those of `intersects_location`.
+
         Args:
             ray_origins: Where rays begin, shape (n, 3).
             ray_directions: Where they go, of any length, shape (n, 3).
 
         Returns:
             Indices of faces, -1 for a miss, shape (n,), int64.
-
-        Raises:
-            TypeError: As `intersects_location`.
-            ValueError: As `intersects_location`.
         """
         return self.scene.intersect(*_rays(ray_origins, ray_directions)).face
 
@@ -161,16 +157,14 @@ class RayMeshIntersector:
     ) -> NDArray[np.bool_]:
         """Whether each ray hits the mesh.
 
+        Exceptions are those of `intersects_location`.
+
         Args:
             ray_origins: Where rays begin, shape (n, 3).
             ray_directions: Where they go, of any length, shape (n, 3).
 
         Returns:
             Shape (n,), bool.
-
-        Raises:
-            TypeError: As `intersects_location`.
-            ValueError: As `intersects_location`.
         """
         return self.scene.occluded(*_rays(ray_origins, ray_directions))
 
@@ -188,23 +182,23 @@ class RayMeshIntersector:
             Shape (n,), bool.
 
         Raises:
-            TypeError: As `intersects_location`.
+            TypeError: For arrays that are not of real numbers, or of longdouble.
             ValueError: For other shapes.
         """
         array = floats("points", points, "(n, 3)")
         if array.ndim != 2 or array.shape[1] != 3:
             raise ValueError(f"points: expected shape (n, 3), found {array.shape}")
-        contains, unsure = self._between(array, _FIRST_WAY)
+        contains, unsure = self._between(array, _FIRST_DIRECTION)
         if unsure.any():
-            contains[unsure] = self._between(array[unsure], _SECOND_WAY)[0]
+            contains[unsure] = self._between(array[unsure], _SECOND_DIRECTION)[0]
         return contains
 
     def _between(
-        self, points: FloatArray, way: tuple[float, float, float]
+        self, points: FloatArray, direction: tuple[float, float, float]
     ) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
         """Which points have odd counts to both sides, and for which that cannot be said."""
-        ahead = self.scene.count_intersections(points, way)
-        behind = self.scene.count_intersections(points, np.negative(way))
+        ahead = self.scene.count_intersections(points, direction)
+        behind = self.scene.count_intersections(points, np.negative(direction))
         differ = (ahead + behind) % 2 == 1
         free = (ahead == 0) | (behind == 0)
         return (ahead % 2 == 1) & ~differ, differ & ~free
@@ -247,12 +241,12 @@ class RayMeshIntersector:
         return f"<halfline.trimesh.RayMeshIntersector of {self.mesh!r}>"
 
 
-def _rays(origins: ArrayLike, directions: ArrayLike) -> tuple[FloatArray, FloatArray]:
-    starts = floats("ray_origins", origins, "(n, 3)")
-    ways = floats("ray_directions", directions, "(n, 3)")
-    if starts.shape != ways.shape or starts.ndim != 2 or starts.shape[1] != 3:
+def _rays(ray_origins: ArrayLike, ray_directions: ArrayLike) -> tuple[FloatArray, FloatArray]:
+    origins = floats("ray_origins", ray_origins, "(n, 3)")
+    directions = floats("ray_directions", ray_directions, "(n, 3)")
+    if origins.shape != directions.shape or origins.ndim != 2 or origins.shape[1] != 3:
         raise ValueError(
             "ray_origins, ray_directions: expected the same shape (n, 3), found "
-            f"{starts.shape} and {ways.shape}"
+            f"{origins.shape} and {directions.shape}"
         )
-    return starts, ways
+    return origins, directions

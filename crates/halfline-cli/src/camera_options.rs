@@ -2,7 +2,7 @@
 
 use clap::Args;
 use halfline::geometry::Vec3;
-use halfline_render::{CameraSettings, Projection, Up};
+use halfline_render::{CameraSettings, Projection, Up, text};
 
 use crate::values;
 
@@ -16,16 +16,16 @@ pub struct CameraOptions {
     up: Up,
 
     /// Where the camera is
-    #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true, value_parser = values::vector)]
+    #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true, value_parser = text::vector)]
     camera_position: Option<Vec3>,
 
     /// What it looks at
-    #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true, value_parser = values::vector)]
+    #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true, value_parser = text::vector)]
     camera_focal_point: Option<Vec3>,
 
     /// The direction that is up in the picture
     #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true)]
-    #[arg(value_parser = values::direction)]
+    #[arg(value_parser = text::direction)]
     camera_view_up: Option<Vec3>,
 
     /// Angle between the picture's top and bottom edges, in degrees
@@ -35,7 +35,7 @@ pub struct CameraOptions {
 
     /// How far to go round the model to the right of its front, in degrees
     #[arg(long, value_name = "DEGREES", default_value = "30", allow_hyphen_values = true)]
-    #[arg(value_parser = values::finite, conflicts_with = "camera_position")]
+    #[arg(value_parser = text::finite, conflicts_with = "camera_position")]
     camera_azimuth_angle: f64,
 
     /// How far to rise above the model's middle, in degrees
@@ -56,20 +56,19 @@ impl CameraOptions {
         if self.camera_position.is_some() && self.camera_position == self.camera_focal_point {
             return Err("--camera-position and --camera-focal-point are the same point".into());
         }
-        Ok(CameraSettings {
-            projection: match self.camera_orthographic {
-                Some(height) => Projection::Orthographic { height },
-                None => Projection::Perspective,
-            },
-            view_angle: self.camera_view_angle,
-            up: self.up,
-            position: self.camera_position,
-            focal_point: self.camera_focal_point,
-            view_up: self.camera_view_up,
-            azimuth: self.camera_azimuth_angle,
-            elevation: self.camera_elevation_angle,
-            ..CameraSettings::default()
-        })
+        let mut settings = CameraSettings::default();
+        settings.projection = match self.camera_orthographic {
+            Some(height) => Projection::Orthographic { height },
+            None => Projection::Perspective,
+        };
+        settings.view_angle = self.camera_view_angle;
+        settings.up = self.up;
+        settings.position = self.camera_position;
+        settings.focal_point = self.camera_focal_point;
+        settings.view_up = self.camera_view_up;
+        settings.azimuth = self.camera_azimuth_angle;
+        settings.elevation = self.camera_elevation_angle;
+        Ok(settings)
     }
 }
 

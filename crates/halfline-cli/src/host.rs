@@ -16,16 +16,12 @@ pub trait Host {
 
 /// Other machines, which trace rows of pictures.
 pub trait Cluster {
-    /// All rows of the picture that `options` mean, as [`Rows`](halfline_render::Rows) in bytes and in
-    /// any order, traced of the tree file at `tree`.
+    /// All rows of a picture, as [`Rows`](halfline_render::Rows) in bytes and in any order, traced of
+    /// the tree file at `tree`. `settings` are [`RenderSettings`](halfline_render::RenderSettings) as
+    /// JSON.
     ///
     /// # Errors
     /// [`Error::Interrupted`](halfline::Error::Interrupted) soon after `observer` asks for the end;
     /// [`Error::Invalid`](halfline::Error::Invalid) if the cluster cannot.
-    fn trace(
-        &self,
-        tree: &Path,
-        options: &[String],
-        observer: &dyn Observer,
-    ) -> Result<Vec<Vec<u8>>>;
+    fn trace(&self, tree: &Path, settings: &str, observer: &dyn Observer) -> Result<Vec<Vec<u8>>>;
 }

@@ -23,7 +23,8 @@ pub fn name(path: &Path) -> &Path {
 
 /// Refuses pipes, devices and sockets, and says how a pipe can be read.
 pub fn check_regular(path: &Path) -> Result<()> {
-    let kind = path.metadata().ok().and_then(|found| halfline::storage::stream_name(found.file_type()));
+    let kind =
+        path.metadata().ok().and_then(|found| halfline::storage::stream_name(found.file_type()));
     kind.map_or(Ok(()), |kind| {
         let reason = format!("not a regular file but {kind}: give - to read standard input");
         Err(Error::io(path, std::io::Error::other(reason)))

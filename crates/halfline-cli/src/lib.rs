@@ -1,6 +1,6 @@
 //! The `halfline` command, so that a program in another language can be the same one: [`run`] is all of
-//! it, and [`run_with`] what such a program adds. Besides that, its reader of ray files, where fuzzers reach it, and its understanding of the
-//! options of a picture.
+//! it, and [`run_with`] what such a program adds. Besides that, its reader of ray files, where fuzzers
+//! reach it.
 //!
 //! Not meant to be built upon: the library is `halfline`.
 
@@ -24,9 +24,9 @@ pub mod npy;
 mod npz;
 mod one_line;
 mod output;
-mod picture;
 mod program;
 mod progress;
+mod report;
 mod session;
 mod source;
 mod table;
@@ -37,5 +37,4 @@ mod values;
 use halfline_explain::units;
 
 pub use host::{Cluster, Host};
-pub use picture::render_settings;
 pub use program::{run, run_with};

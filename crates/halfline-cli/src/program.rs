@@ -2,7 +2,6 @@
 
 use std::ffi::OsString;
 use std::io::Write;
-use std::sync::Once;
 
 use clap::error::ErrorKind;
 use clap::{CommandFactory, Parser};
@@ -42,7 +41,7 @@ pub fn run_with(arguments: impl IntoIterator<Item = OsString>, host: Option<&dyn
 }
 
 fn execute(arguments: &Arguments, host: Option<&dyn Host>) -> Result<(), Failure> {
-    keep_guarded_panics_quiet();
+    halfline::scene::quiet_guarded_panics();
     let _listening = interrupt::listen()?;
     let session = Session::start(&arguments.global)?;
     match &arguments.command {
@@ -55,19 +54,6 @@ fn execute(arguments: &Arguments, host: Option<&dyn Host>) -> Result<(), Failure
         Command::Build(options) => commands::build::run(options, session),
         Command::Generate(options) => commands::generate::run(options, session),
     }
-}
-
-/// What goes wrong on a damaged tree ends as an error, and needs no message from the panic as well.
-fn keep_guarded_panics_quiet() {
-    static ONCE: Once = Once::new();
-    ONCE.call_once(|| {
-        let hook = std::panic::take_hook();
-        std::panic::set_hook(Box::new(move |panic| {
-            if !halfline::scene::is_guarded() {
-                hook(panic);
-            }
-        }));
-    });
 }
 
 /// Says how it ended, unless well.

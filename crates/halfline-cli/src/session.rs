@@ -6,15 +6,13 @@ use std::time::Instant;
 
 use halfline::progress::{Observer, Stage};
 use halfline::{Error, Mesh};
-use serde_json::{Map, Value};
+use serde::Serialize;
 
 use crate::failure::Failure;
 use crate::global_options::GlobalOptions;
 use crate::progress::{self, Progress};
+use crate::report::Report;
 use crate::{input, left_out, output};
-
-/// Figures by name, in the order in which they are told.
-pub type Figures = Map<String, Value>;
 
 /// One run of the command.
 pub struct Session {
@@ -85,23 +83,34 @@ impl Session {
         })
     }
 
-    /// Tells `figures` if JSON is wanted, otherwise `text`: always if it `is_the_result`, or
-    /// unless quiet if it only speaks of a result that lies in a file.
-    pub fn tell(
+    /// Prints `report`: its figures if JSON is wanted, otherwise its text, unless that is to be quiet.
+    pub fn tell<R: Report>(self, report: &R) -> Result<(), Failure> {
+        match self.json {
+            true => self.tell_figures(report),
+            false => self.tell_text(|| report.to_text(), R::IS_THE_RESULT),
+        }
+    }
+
+    /// Prints `figures` as JSON.
+    pub fn tell_figures(self, figures: &impl Serialize) -> Result<(), Failure> {
+        let json = serde_json::to_string_pretty(figures).expect("figures are plain data");
+        // The bar must be gone before anything else is printed on the same terminal.
+        drop(self.progress);
+        output::print(&(json + "\n"))
+    }
+
+    /// Prints `text`: always if it `is_the_result`, or unless quiet if it only speaks of a result that
+    /// lies in a file.
+    pub fn tell_text(
         self,
-        figures: Figures,
         text: impl FnOnce() -> String,
         is_the_result: bool,
     ) -> Result<(), Failure> {
-        let Session { progress, quiet, json } = self;
-        // The bar must be gone before anything else is printed on the same terminal.
-        drop(progress);
-        if json {
-            output::print(&format!("{:#}\n", Value::Object(figures)))?;
-        } else if is_the_result || !quiet {
-            output::print(&text())?;
+        drop(self.progress);
+        match is_the_result || !self.quiet {
+            true => output::print(&text()),
+            false => Ok(()),
         }
-        Ok(())
     }
 }
 

@@ -5,7 +5,6 @@ use std::path::Path;
 use halfline::progress::Stage;
 use halfline::tree::{Verify, is_tree_file};
 use halfline::{Mesh, Scene};
-use serde_json::{Value, json};
 
 use crate::failure::Failure;
 use crate::input;
@@ -44,11 +43,6 @@ impl Source {
     /// The content hash of the tree's file.
     pub fn content_hash(&self) -> Option<String> {
         Some(self.scene.tree_file()?.content_hash().to_string())
-    }
-
-    /// The content hash as figures have it: null for a mesh.
-    pub fn content_hash_figure(&self) -> Value {
-        json!(self.content_hash())
     }
 
     /// Tells of the tree in one row: how long it was built, or that it is from a file.

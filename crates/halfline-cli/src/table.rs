@@ -4,6 +4,7 @@ use std::fmt::Write;
 
 use anstyle::{AnsiColor, Style};
 
+use crate::report::Skipped;
 use crate::units;
 
 const LABEL: Style = AnsiColor::Cyan.on_default();
@@ -39,15 +40,15 @@ impl Table {
     }
 
     /// Adds a line about the triangles that were kept out of the tree, if there are any.
-    pub fn skipped(&mut self, zero_area: usize, non_finite: usize) -> &mut Table {
+    pub fn skipped(&mut self, skipped: Skipped) -> &mut Table {
         let count = |value: usize| units::count(value as u64);
-        if zero_area + non_finite > 0 {
+        if skipped.total() > 0 {
             let note = format!(
                 "{} without area, {} not finite: no ray can hit them",
-                count(zero_area),
-                count(non_finite)
+                count(skipped.degenerate),
+                count(skipped.non_finite)
             );
-            self.row("skipped", count(zero_area + non_finite), note);
+            self.row("skipped", count(skipped.total()), note);
         }
         self
     }

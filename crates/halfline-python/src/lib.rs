@@ -1,16 +1,18 @@
 //! `halfline._native`, what the Python package in `python/halfline` is made of: it converts and
-//! forwards. Arguments are checked there, where the messages are easier to make.
+//! forwards. Arguments are checked there, where the messages are easier to make, but for
+//! the settings of pictures.
 
 mod arrays;
 mod call;
-mod cluster;
 mod command;
 mod error;
 mod explanation;
+mod file;
 mod mesh;
 mod pool;
 mod render;
 mod scene;
+mod settings;
 
 /// The compiled part of halfline. Use the package `halfline`; nothing here is meant to last.
 #[pyo3::pymodule(gil_used = false)]
@@ -24,23 +26,22 @@ mod _native {
     #[pymodule_export]
     use crate::explanation::Explanation;
     #[pymodule_export]
+    use crate::file::write_file;
+    #[pymodule_export]
     use crate::mesh::{Mesh, MeshArray};
     #[pymodule_export]
     use crate::pool::{set_thread_count, thread_count};
     #[pymodule_export]
-    use crate::render::{Picture, Rendering, encode_png, picture_size};
+    use crate::render::{Picture, Rendering, encode_png};
     #[pymodule_export]
     use crate::scene::Scene;
+    #[pymodule_export]
+    use crate::settings::Settings;
 
     #[pymodule_init]
     fn init(module: &Bound<'_, PyModule>) -> PyResult<()> {
         // What a damaged tree file leads to becomes an exception, and needs no message besides.
-        let hook = std::panic::take_hook();
-        std::panic::set_hook(Box::new(move |info| {
-            if !halfline::scene::is_guarded() {
-                hook(info);
-            }
-        }));
+        halfline::scene::quiet_guarded_panics();
         module.add("__version__", env!("CARGO_PKG_VERSION"))
     }
 }

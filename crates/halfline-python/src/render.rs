@@ -9,19 +9,14 @@ use halfline::Error;
 use halfline::error::Result;
 use halfline::geometry::NO_FACE;
 use halfline::storage::AtomicFile;
-use halfline_render::{Plan, RenderSettings, Rows, assemble, write_png};
+use halfline_render::{Plan, Rows, assemble, write_png};
 use numpy::{PyArray1, PyReadonlyArrayDyn};
-use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict};
 
 use crate::call::{Progress, on_pool};
 use crate::scene::Scene;
-
-/// The settings that options of the command mean; the error is one line that names the option.
-fn settings_of(options: &[String]) -> PyResult<RenderSettings> {
-    halfline_cli::render_settings(options).map_err(PyValueError::new_err)
-}
+use crate::settings::{Settings, renamed};
 
 /// A picture that is planned: its rows can be traced in any order, here or elsewhere.
 #[pyclass(frozen, module = "halfline._native")]
@@ -30,11 +25,11 @@ pub struct Picture(Plan<Arc<halfline::Scene>>);
 #[pymethods]
 impl Picture {
     #[new]
-    #[pyo3(signature = (scene, options, /))]
-    fn new(py: Python, scene: &Scene, options: Vec<String>) -> PyResult<Picture> {
-        let settings = settings_of(&options)?;
+    #[pyo3(signature = (scene, settings, /))]
+    fn new(py: Python, scene: &Scene, settings: &Settings) -> PyResult<Picture> {
         let scene = Arc::clone(&scene.scene);
-        on_pool(py, None, |_| Plan::new(scene, &settings)).map(Picture)
+        let planned = on_pool(py, None, |_| Ok(Plan::new(scene, &settings.0)))?;
+        planned.map(Picture).map_err(|error| renamed(py, error))
     }
 
     #[getter]
@@ -68,14 +63,6 @@ impl Picture {
     }
 }
 
-/// The width and height that options mean, without a scene.
-#[pyfunction]
-#[pyo3(signature = (options, /))]
-pub fn picture_size(options: Vec<String>) -> PyResult<(u32, u32)> {
-    let settings = settings_of(&options)?;
-    Ok((settings.width, settings.height))
-}
-
 /// A picture that is finished.
 #[pyclass(frozen, module = "halfline._native")]
 pub struct Rendering(halfline_render::Rendering);
@@ -93,13 +80,12 @@ type Layers<'py> = (
 impl Rendering {
     /// The picture that rows make together.
     #[staticmethod]
-    #[pyo3(signature = (options, parts, /))]
-    fn assemble(py: Python, options: Vec<String>, parts: Vec<Vec<u8>>) -> PyResult<Rendering> {
-        let settings = settings_of(&options)?;
+    #[pyo3(signature = (settings, parts, /))]
+    fn assemble(py: Python, settings: &Settings, parts: Vec<Vec<u8>>) -> PyResult<Rendering> {
         let rendering = on_pool(py, None, |_| {
             let rows: Result<Vec<Rows>> =
                 parts.iter().map(|bytes| Rows::from_bytes(bytes)).collect();
-            assemble(&settings, rows?)
+            assemble(&settings.0, rows?)
         })?;
         Ok(Rendering(rendering))
     }

@@ -128,7 +128,7 @@ impl Scene {
         tree.set_item("spatial_splits", statistics.spatial_splits)?;
         tree.set_item("object_splits", statistics.object_splits)?;
         tree.set_item("leaves", statistics.leaves)?;
-        tree.set_item("empty_leaves", statistics.empty_leaves)?;
+        tree.set_item("children_per_node", statistics.children_per_node)?;
         tree.set_item("leaves_by_size", statistics.leaves_by_size)?;
         tree.set_item("references", statistics.references)?;
         tree.set_item("references_per_triangle", statistics.references_per_triangle)?;

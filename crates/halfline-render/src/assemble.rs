@@ -7,7 +7,7 @@ use rayon::prelude::*;
 
 use crate::image::Rendering;
 use crate::integrator::{press_highlights, spread_depth, spread_steps};
-use crate::rows::{Rows, blank, settings_mark};
+use crate::rows::{Rows, blank, settings_fingerprint};
 use crate::settings::{RenderSettings, Shading};
 use crate::sky::backdrop;
 
@@ -35,12 +35,12 @@ pub fn assemble(
 }
 
 fn gather(settings: &RenderSettings, parts: impl IntoIterator<Item = Rows>) -> Result<Rendering> {
-    let mark = settings_mark(settings);
+    let fingerprint = settings_fingerprint(settings);
     let mut picture: Option<Rendering> = None;
     let mut origin = None;
     let mut is_there = vec![false; settings.height as usize];
     for part in parts {
-        check_origin(settings, mark, &part)?;
+        check_origin(settings, fingerprint, &part)?;
         if *origin.get_or_insert(part.origin) != part.origin {
             return Err(refused(&part.range(), "traced of another scene than those before"));
         }
@@ -66,7 +66,7 @@ fn gather(settings: &RenderSettings, parts: impl IntoIterator<Item = Rows>) -> R
 }
 
 /// Refuses rows of another picture.
-fn check_origin(settings: &RenderSettings, mark: u64, part: &Rows) -> Result<()> {
+fn check_origin(settings: &RenderSettings, fingerprint: u64, part: &Rows) -> Result<()> {
     let (width, height) = part.picture_size();
     if (width, height) != (settings.width, settings.height) {
         let wanted = format!("{} x {}", settings.width, settings.height);
@@ -74,7 +74,7 @@ fn check_origin(settings: &RenderSettings, mark: u64, part: &Rows) -> Result<()>
         return Err(refused(&part.range(), &reason));
     }
     let counts_steps = settings.shading == Shading::Steps;
-    if part.origin.settings != mark || part.traced.steps.is_some() != counts_steps {
+    if part.origin.settings != fingerprint || part.traced.steps.is_some() != counts_steps {
         let reason = "traced with other settings, or by another version of halfline";
         return Err(refused(&part.range(), reason));
     }

@@ -44,95 +44,28 @@ impl Camera {
         free_right: f64,
     ) -> Result<Camera> {
         let camera = &settings.camera;
-        check(camera)?;
+        camera.check()?;
         let (center, size) = center_and_size(bounds)?;
         let (width, height) = (f64::from(settings.width), f64::from(settings.height));
-        let aspect = width / height;
-        let slope = (camera.view_angle.to_radians() / 2.0).tan();
 
         // Find where to look.
         let focal_point = camera.focal_point.unwrap_or(center);
-        let forward = match camera.position {
-            Some(position) => unit(focal_point - position).ok_or_else(|| {
-                Error::invalid("camera position", "it is the same point as the focal point")
-            })?,
-            None => default_forward(camera),
-        };
-        let axes = match camera.view_up {
-            Some(up) => Axes::looking(forward, up),
-            None => Axes::looking(forward, camera.up.vector())
-                .or_else(|| Axes::looking(forward, up_in_vertical_views(camera.up, forward))),
-        };
-        let axes = axes.ok_or_else(|| {
-            Error::invalid("camera up", "it is parallel to the direction of view")
-        })?;
+        let axes = axes_towards(focal_point, camera)?;
 
         // Stand where the model fills the picture, unless told where to stand.
-        let share = 1.0 - camera.margin;
-        let slopes = Slopes {
-            left: slope * aspect * share,
-            right: slope * aspect * (share - 2.0 * free_right),
-            down: slope * share,
-            up: slope * share,
+        let aspect = width / height;
+        let framing = Framing { camera, mesh, center, size, focal_point, axes, aspect, free_right };
+        let (eye, lens) = match camera.projection {
+            Projection::Perspective => framing.perspective(),
+            Projection::Orthographic { height } => framing.orthographic(height),
         };
-        // Nearer than this to the nearest vertex, a picture of it would show nothing else.
-        let clearance = size / 64.0;
-        let stand = framing::perspective_stand(mesh, center, &axes, slopes, clearance);
-        let [x, y, z] = stand.map_or([0.0, 0.0, -size / slope], |stand| stand.eye);
-        let framed_eye = center + axes.right * x + axes.up * y + axes.forward * z;
-        let distance = (focal_point - framed_eye).dot(axes.forward).max(clearance);
-
-        let built = match camera.projection {
-            Projection::Perspective => {
-                let eye = match (camera.position, camera.focal_point) {
-                    (Some(position), _) => position,
-                    (None, Some(focal_point)) => focal_point - axes.forward * distance,
-                    (None, None) => framed_eye,
-                };
-                Camera { eye, axes, width, height, lens: Lens::Perspective(slope) }
-            }
-            Projection::Orthographic { height: asked_height } => {
-                let model = framing::box_in_axes(mesh, center, &axes)
-                    .unwrap_or(Aabb { min: Vec3::splat(-0.5), max: Vec3::splat(0.5) });
-                let middle = model.center();
-                // The point on which the picture is centred, in the camera's axes.
-                let centered_on = match (camera.position, camera.focal_point) {
-                    (None, None) => [middle.x, middle.y],
-                    _ => {
-                        let [x, y, _] = axes.coordinates(focal_point - center);
-                        [x, y]
-                    }
-                };
-                let reach_x =
-                    (model.max.x - centered_on[0]).max(centered_on[0] - model.min.x).max(0.0);
-                let reach_y =
-                    (model.max.y - centered_on[1]).max(centered_on[1] - model.min.y).max(0.0);
-                let fitting = (reach_y / share).max(reach_x / (aspect * (share - free_right)));
-                let half_height = match asked_height {
-                    Some(height) => height / 2.0,
-                    None if fitting > 0.0 => fitting,
-                    None => size / 2.0,
-                };
-                let eye = camera.position.unwrap_or_else(|| {
-                    let free = match (camera.position, camera.focal_point) {
-                        (None, None) => free_right * half_height * aspect,
-                        _ => 0.0,
-                    };
-                    center
-                        + axes.right * (centered_on[0] + free)
-                        + axes.up * centered_on[1]
-                        + axes.forward * (model.min.z - size)
-                });
-                Camera { eye, axes, width, height, lens: Lens::Orthographic(half_height) }
-            }
-        };
-        if !built.eye.is_finite() {
+        if !eye.is_finite() {
             return Err(Error::invalid(
                 "camera view angle",
                 format!("{} is so small that the camera would be too far away", camera.view_angle),
             ));
         }
-        Ok(built)
+        Ok(Camera { eye, axes, width, height, lens })
     }
 
     /// The ray through the point of the picture `x` pixels right of and `y` pixels below its
@@ -182,6 +115,115 @@ impl Camera {
     }
 }
 
+/// What decides where a camera stands.
+struct Framing<'a> {
+    camera: &'a CameraSettings,
+    mesh: &'a Mesh,
+    /// The middle of the model and the length of its diagonal.
+    center: Vec3,
+    size: f64,
+    focal_point: Vec3,
+    axes: Axes,
+    /// The picture's width over its height.
+    aspect: f64,
+    /// The share of the picture's width that stays free at its right edge.
+    free_right: f64,
+}
+
+impl Framing<'_> {
+    /// The share of the picture's width and height that the model may fill.
+    fn share(&self) -> f64 {
+        1.0 - self.camera.margin
+    }
+
+    /// Where a camera with a view angle stands, and its lens.
+    fn perspective(&self) -> (Vec3, Lens) {
+        let Framing { camera, axes, .. } = self;
+        let slope = (camera.view_angle.to_radians() / 2.0).tan();
+        let eye = match (camera.position, camera.focal_point) {
+            (Some(position), _) => position,
+            (None, Some(focal_point)) => {
+                let (framed_eye, clearance) = self.framed_eye(slope);
+                let distance = (focal_point - framed_eye).dot(axes.forward).max(clearance);
+                focal_point - axes.forward * distance
+            }
+            (None, None) => self.framed_eye(slope).0,
+        };
+        (eye, Lens::Perspective(slope))
+    }
+
+    /// The closest eye that sees the whole model, and how far it keeps from the nearest vertex.
+    fn framed_eye(&self, slope: f64) -> (Vec3, f64) {
+        let Framing { axes, size, aspect, .. } = self;
+        let share = self.share();
+        let slopes = Slopes {
+            left: slope * aspect * share,
+            right: slope * aspect * (share - 2.0 * self.free_right),
+            down: slope * share,
+            up: slope * share,
+        };
+        // Nearer than this to the nearest vertex, a picture of it would show nothing else.
+        let clearance = size / 64.0;
+        let stand = framing::perspective_stand(self.mesh, self.center, axes, slopes, clearance);
+        let [x, y, z] = stand.map_or([0.0, 0.0, -size / slope], |stand| stand.eye);
+        (self.center + axes.right * x + axes.up * y + axes.forward * z, clearance)
+    }
+
+    /// Where a camera without perspective stands, and its lens, of which `height` is asked for.
+    fn orthographic(&self, height: Option<f64>) -> (Vec3, Lens) {
+        let Framing { camera, axes, center, aspect, free_right, .. } = self;
+        let model = framing::box_in_axes(self.mesh, *center, axes)
+            .unwrap_or(Aabb { min: Vec3::splat(-0.5), max: Vec3::splat(0.5) });
+        let is_automatic = camera.position.is_none() && camera.focal_point.is_none();
+
+        // Centre the picture on a point, in the camera's axes.
+        let [x, y] = if is_automatic {
+            let middle = model.center();
+            [middle.x, middle.y]
+        } else {
+            let [x, y, _] = axes.coordinates(self.focal_point - *center);
+            [x, y]
+        };
+
+        // Let it reach as far to all sides as the model does, unless told how far.
+        let share = self.share();
+        let reach_x = (model.max.x - x).max(x - model.min.x).max(0.0);
+        let reach_y = (model.max.y - y).max(y - model.min.y).max(0.0);
+        let fitting = (reach_y / share).max(reach_x / (aspect * (share - free_right)));
+        let half_height = match height {
+            Some(height) => height / 2.0,
+            None if fitting > 0.0 => fitting,
+            None => self.size / 2.0,
+        };
+
+        // Stand in front of the model.
+        let eye = camera.position.unwrap_or_else(|| {
+            let free = if is_automatic { free_right * half_height * aspect } else { 0.0 };
+            *center
+                + axes.right * (x + free)
+                + axes.up * y
+                + axes.forward * (model.min.z - self.size)
+        });
+        (eye, Lens::Orthographic(half_height))
+    }
+}
+
+/// The axes of a camera that looks at `focal_point`.
+fn axes_towards(focal_point: Vec3, camera: &CameraSettings) -> Result<Axes> {
+    let forward = match camera.position {
+        Some(position) => unit(focal_point - position).ok_or_else(|| {
+            Error::invalid("camera position", "it is the same point as the focal point")
+        })?,
+        None => default_forward(camera),
+    };
+    let axes = match camera.view_up {
+        Some(up) => Axes::looking(forward, up),
+        None => Axes::looking(forward, camera.up.vector())
+            .or_else(|| Axes::looking(forward, up_in_vertical_views(camera.up, forward))),
+    };
+    axes.ok_or_else(|| Error::invalid("camera view up", "it is parallel to the direction of view"))
+}
+
 /// The middle of `bounds` and the length of its diagonal; where there is no model or it is a
 /// single point, a length that makes sense there.
 pub(crate) fn center_and_size(bounds: &Aabb) -> Result<(Vec3, f64)> {
@@ -210,51 +252,4 @@ fn default_forward(camera: &CameraSettings) -> Vec3 {
 /// before the model's front rose, or sank, until it looks straight at the model.
 fn up_in_vertical_views(up: Up, forward: Vec3) -> Vec3 {
     if forward.dot(up.vector()) < 0.0 { -up.front() } else { up.front() }
-}
-
-fn check(camera: &CameraSettings) -> Result<()> {
-    let points = [
-        ("camera position", camera.position),
-        ("camera focal point", camera.focal_point),
-        ("camera up", camera.view_up),
-    ];
-    for (name, point) in points {
-        if point.is_some_and(|p| !p.is_finite()) {
-            return Err(Error::invalid(name, "a coordinate is not a finite number"));
-        }
-    }
-    if camera.view_up == Some(Vec3::ZERO) {
-        return Err(Error::invalid("camera up", "it has no length"));
-    }
-    let within = |name: &str, value: f64, inside: bool, range: &str| {
-        if inside { Ok(()) } else { Err(Error::invalid(name, format!("{value} is not {range}"))) }
-    };
-    within(
-        "camera view angle",
-        camera.view_angle,
-        camera.view_angle > 0.0 && camera.view_angle < 180.0,
-        "above 0 and below 180 degrees",
-    )?;
-    within("camera azimuth", camera.azimuth, camera.azimuth.is_finite(), "a finite angle")?;
-    within(
-        "camera elevation",
-        camera.elevation,
-        camera.elevation > -90.0 && camera.elevation < 90.0,
-        "above -90 and below 90 degrees",
-    )?;
-    within(
-        "camera margin",
-        camera.margin,
-        camera.margin >= 0.0 && camera.margin < 0.5,
-        "at least 0 and below 0.5",
-    )?;
-    if let Projection::Orthographic { height: Some(height) } = camera.projection {
-        within(
-            "orthographic height",
-            height,
-            height > 0.0 && height.is_finite(),
-            "a length above 0",
-        )?;
-    }
-    Ok(())
 }

@@ -22,10 +22,10 @@ mod settings;
 mod sky;
 mod smooth_normals;
 mod statistics;
+pub mod text;
 mod tile;
 mod trace;
 mod tracer;
-mod validate;
 mod world;
 
 pub use assemble::assemble;
@@ -38,6 +38,6 @@ pub use render::render;
 pub use rows::Rows;
 pub use settings::{
     Background, CameraSettings, Ground, GroundSurface, Light, MAX_DEPTH, MAX_PIXELS, MAX_SAMPLES,
-    Projection, RenderSettings, Shading, Up,
+    Projection, RenderSettings, Shading, StockMaterial, Up,
 };
 pub use statistics::{RayCounts, RenderStatistics};

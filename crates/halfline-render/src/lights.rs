@@ -7,18 +7,18 @@ use crate::color::Color;
 use crate::sampling::uniform_cone;
 use crate::settings::Light;
 
-/// The light from one point of a lamp on one point of a surface.
+/// The light from one point of a light on one point of a surface.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Incoming {
-    /// Unit direction to the lamp.
+    /// Unit direction to the light.
     pub(crate) towards: Vec3,
-    /// Distance to the lamp.
+    /// Distance to the light.
     pub(crate) distance: f64,
-    /// What a surface that faces the lamp receives.
+    /// What a surface that faces the light receives.
     pub(crate) irradiance: Color,
 }
 
-/// What reaches `point` from the point of the lamp that `sample` chooses; `None` if the lamp
+/// What reaches `point` from the point of the light that `sample` chooses; `None` if the light
 /// shines elsewhere.
 pub(crate) fn illuminate(light: &Light, point: Vec3, sample: [f64; 2]) -> Option<Incoming> {
     match *light {
@@ -39,13 +39,13 @@ pub(crate) fn illuminate(light: &Light, point: Vec3, sample: [f64; 2]) -> Option
             Some(Incoming { towards, distance: f64::INFINITY, irradiance: Vec3::from(irradiance) })
         }
         Light::Area { corner, edge_u, edge_v, radiance } => {
-            let to_lamp = corner + edge_u * sample[0] + edge_v * sample[1] - point;
-            let distance = to_lamp.length();
-            let towards = to_lamp / distance;
+            let to_light = corner + edge_u * sample[0] + edge_v * sample[1] - point;
+            let distance = to_light.length();
+            let towards = to_light / distance;
             // Its length is the area.
             let normal = edge_u.cross(edge_v);
             let projected_area = -towards.dot(normal);
-            // False for the NaN of a point on the lamp.
+            // False for the NaN of a point on the light.
             (projected_area > 0.0).then(|| Incoming {
                 towards,
                 distance,
@@ -64,7 +64,7 @@ pub(crate) fn is_soft(light: &Light) -> bool {
     }
 }
 
-/// The parameter and the radiance of the first lamp with a surface that `ray` meets from its
+/// The parameter and the radiance of the first light with a surface that `ray` meets from its
 /// bright side. The others have none that could be seen.
 pub(crate) fn first_visible(lights: &[Light], ray: &Ray) -> Option<(f64, Color)> {
     let mut first: Option<(f64, Color)> = None;
@@ -88,7 +88,7 @@ pub(crate) fn first_visible(lights: &[Light], ray: &Ray) -> Option<(f64, Color)>
     first
 }
 
-/// A large soft lamp above the camera's left shoulder and a dim, broad one from the right.
+/// A large soft light above the camera's left shoulder and a dim, broad one from the right.
 pub(crate) fn default_lights(camera: &Camera, center: Vec3, size: f64) -> Vec<Light> {
     let away = camera.up() * 0.95 - camera.right() * 0.75 - camera.forward() * 0.7;
     let distance = 1.8 * size;
@@ -128,7 +128,7 @@ mod tests {
         assert_eq!(incoming.irradiance, vec3(2.0, 1.0, 0.0));
     }
 
-    /// Over a half-space filled by a lamp of radiance 1 the irradiance is pi; a square of edge 2h
+    /// Over a half-space filled by a light of radiance 1 the irradiance is pi; a square of edge 2h
     /// at height h covers 4/sqrt(2) atan(1/sqrt(2)) of it (a configuration factor of 0.5541).
     #[test]
     fn an_area_light_gives_its_configuration_factor() {

@@ -15,10 +15,10 @@ use crate::ground::GroundPlane;
 use crate::integrator::{Clay, Depth, FaceColors, Integrator, Normals, PLASTER, Steps, Whitted};
 use crate::intersector::Intersector;
 use crate::lights::default_lights;
-use crate::rows::{Origin, Rows, scene_mark, settings_mark};
+use crate::rows::{Origin, Rows, scene_fingerprint, settings_fingerprint};
 use crate::settings::{RenderSettings, Shading};
 use crate::smooth_normals::SmoothNormals;
-use crate::tile::{self, Brush};
+use crate::tile::{self, TileRenderer};
 use crate::trace::Job;
 use crate::world::World;
 
@@ -47,7 +47,7 @@ struct Preparation {
     default_material: Material,
     materials: Vec<Material>,
     smooth: Option<SmoothNormals>,
-    scene_mark: u64,
+    scene_fingerprint: u64,
 }
 
 impl Preparation {
@@ -69,9 +69,9 @@ impl Preparation {
             size,
             ground: settings.ground.map(|ground| GroundPlane::new(&ground, up, &bounds, size)),
             default_material,
-            materials: mesh.materials.iter().map(tame).collect(),
+            materials: mesh.materials.iter().map(sanitize).collect(),
             smooth: settings.smooth_angle.map(|angle| SmoothNormals::new(mesh, angle)),
-            scene_mark: scene_mark(scene, &bounds),
+            scene_fingerprint: scene_fingerprint(scene, &bounds),
         })
     }
 }
@@ -85,7 +85,8 @@ impl<S: Deref<Target = Scene>> Plan<S> {
     pub fn new(scene: S, settings: &RenderSettings) -> Result<Plan<S>> {
         settings.check()?;
         let prepared = scene.guarded(|| Preparation::new(&scene, settings))?;
-        let origin = Origin { settings: settings_mark(settings), scene: prepared.scene_mark };
+        let origin =
+            Origin { settings: settings_fingerprint(settings), scene: prepared.scene_fingerprint };
         Ok(Plan { scene, settings: settings.clone(), prepared, origin, batch: tile::BATCH })
     }
 
@@ -142,14 +143,14 @@ impl<S: Deref<Target = Scene>> Plan<S> {
         observer.check()?;
         let world = self.world(intersector);
         let integrator = self.integrator(&world);
-        let brush = Brush {
+        let tile_renderer = TileRenderer {
             settings: &self.settings,
             camera: &self.prepared.camera,
             integrator: integrator.as_ref(),
             batch: self.batch,
         };
         let first_row = rows.start;
-        let job = Job { brush, world: &world, observer };
+        let job = Job { tile_renderer, world: &world, observer };
         let traced = self.scene.guarded(|| job.trace(rows))?;
         Ok(Rows { origin: self.origin, first_row, picture_height: height, traced })
     }
@@ -206,7 +207,7 @@ impl<S: Deref<Target = Scene>> Plan<S> {
 }
 
 /// A file's material with every value in its range; NaN becomes the lowest one.
-fn tame(material: &Material) -> Material {
+fn sanitize(material: &Material) -> Material {
     let within = |v: f32, lowest: f32, highest: f32| {
         if v.is_nan() { lowest } else { v.clamp(lowest, highest) }
     };

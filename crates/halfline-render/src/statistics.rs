@@ -4,6 +4,7 @@ use std::ops::AddAssign;
 
 /// Rays by what they were for.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub struct RayCounts {
     /// From the eye.
     pub primary: u64,

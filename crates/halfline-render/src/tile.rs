@@ -12,7 +12,7 @@ use halfline::error::Result;
 use halfline::geometry::Ray;
 
 use crate::camera::Camera;
-use crate::integrator::{Integrator, Radiance, Sightings, dimension};
+use crate::integrator::{Integrator, PrimaryHits, Radiance, dimension};
 use crate::sampling::Sampler;
 use crate::settings::RenderSettings;
 use crate::tracer::Tracer;
@@ -26,7 +26,7 @@ pub(crate) const BLOCK: usize = 4;
 pub(crate) const BATCH: usize = 1 << 11;
 
 /// What a tile is drawn with.
-pub(crate) struct Brush<'a> {
+pub(crate) struct TileRenderer<'a> {
     pub(crate) settings: &'a RenderSettings,
     pub(crate) camera: &'a Camera,
     pub(crate) integrator: &'a dyn Integrator,
@@ -53,7 +53,7 @@ pub(crate) struct Middle {
     pub(crate) face: u32,
 }
 
-impl Brush<'_> {
+impl TileRenderer<'_> {
     /// Columns of pixels in a tile.
     pub(crate) fn tile_columns(&self) -> usize {
         let pixels = self.batch / self.settings.samples as usize;
@@ -125,8 +125,8 @@ impl Brush<'_> {
         // Shade the samples, and add them up in their order.
         let (sampled, middles) = surfaces.split_at(sample_rays);
         let rays = &rays[..sample_rays];
-        let sightings = Sightings { rays, surfaces: sampled, samplers: &samplers };
-        let radiances = self.integrator.radiances(sightings, tracer)?;
+        let primary_hits = PrimaryHits { rays, surfaces: sampled, samplers: &samplers };
+        let radiances = self.integrator.radiances(primary_hits, tracer)?;
         for (pixel, radiances) in pixels.iter_mut().zip(radiances.chunks(round.len())) {
             for radiance in radiances {
                 pixel.sum.color += radiance.color;

@@ -11,13 +11,13 @@ use rayon::prelude::*;
 use crate::image::Rendering;
 use crate::rows::blank;
 use crate::statistics::{RayCounts, RenderStatistics};
-use crate::tile::{BLOCK, Brush, Pixel};
+use crate::tile::{BLOCK, Pixel, TileRenderer};
 use crate::tracer::Tracer;
 use crate::world::World;
 
 /// Traces rows of a picture.
 pub(crate) struct Job<'a> {
-    pub(crate) brush: Brush<'a>,
+    pub(crate) tile_renderer: TileRenderer<'a>,
     pub(crate) world: &'a World<'a>,
     pub(crate) observer: &'a dyn Observer,
 }
@@ -35,7 +35,7 @@ struct Band<'a> {
 impl Job<'_> {
     /// Some rows of the picture, without what is added once all of them are there.
     pub(crate) fn trace(&self, rows: Range<u32>) -> Result<Rendering> {
-        let mut traced = blank(self.brush.settings, rows.end - rows.start)?;
+        let mut traced = blank(self.tile_renderer.settings, rows.end - rows.start)?;
         let total = traced.pixel_count() as u64;
         let done = AtomicU64::new(0);
         self.observer.report(Stage::Trace, 0, total);
@@ -59,12 +59,12 @@ impl Job<'_> {
 
     fn trace_band(&self, band: &mut Band) -> Result<RayCounts> {
         let mut tracer = Tracer::new(self.world, self.observer);
-        let width = self.brush.settings.width as usize;
+        let width = self.tile_renderer.settings.width as usize;
         let rows = band.first_row..band.first_row + band.color.len() / width;
-        let columns = self.brush.tile_columns();
+        let columns = self.tile_renderer.tile_columns();
         for first in (0..width).step_by(columns) {
             let columns = first..(first + columns).min(width);
-            for pixel in self.brush.draw(columns, rows.clone(), &mut tracer)? {
+            for pixel in self.tile_renderer.draw(columns, rows.clone(), &mut tracer)? {
                 self.keep(&pixel, band);
             }
         }
@@ -73,7 +73,7 @@ impl Job<'_> {
 
     /// Puts `pixel` into the layers of its band.
     fn keep(&self, pixel: &Pixel, band: &mut Band) {
-        let settings = self.brush.settings;
+        let settings = self.tile_renderer.settings;
         let i = (pixel.row - band.first_row) * settings.width as usize + pixel.column;
         let count = f64::from(settings.samples);
         if pixel.sum.alpha > 0.0 {

@@ -54,20 +54,20 @@ impl<'a> Tracer<'a> {
         Ok((surfaces, counters))
     }
 
-    /// Sets `hidden` for the rays on which anything lies: the model, or the ground. Those for which it
+    /// Sets `occluded` for the rays on which anything lies: the model, or the ground. Those for which it
     /// is set already are not cast.
-    pub(crate) fn hide(&self, rays: &[Ray], hidden: &mut [bool]) -> Result<()> {
+    pub(crate) fn occlude(&self, rays: &[Ray], occluded: &mut [bool]) -> Result<()> {
         if let Some(ground) = &self.world.ground {
-            for (ray, hidden) in rays.iter().zip(&mut *hidden) {
-                *hidden = *hidden || ground.intersect(ray).is_some();
+            for (ray, occluded) in rays.iter().zip(&mut *occluded) {
+                *occluded = *occluded || ground.intersect(ray).is_some();
             }
         }
-        let open: Vec<usize> = (0..rays.len()).filter(|&i| !hidden[i]).collect();
+        let open: Vec<usize> = (0..rays.len()).filter(|&i| !occluded[i]).collect();
         for places in open.chunks(BATCH) {
             self.observer.check()?;
             let rays: Vec<Ray> = places.iter().map(|&i| rays[i]).collect();
             for (&i, answer) in places.iter().zip(self.world.intersector.occluded(&rays)) {
-                hidden[i] = answer;
+                occluded[i] = answer;
             }
         }
         Ok(())

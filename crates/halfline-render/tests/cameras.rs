@@ -13,7 +13,7 @@ fn model() -> Mesh {
 }
 
 fn settings() -> RenderSettings {
-    RenderSettings { width: 200, height: 100, ..RenderSettings::default() }
+    RenderSettings::new(200, 100)
 }
 
 fn camera(settings: &RenderSettings) -> Camera {

@@ -49,14 +49,14 @@ fn materials() -> Scene {
 }
 
 fn small(shading: Shading) -> RenderSettings {
-    RenderSettings { width: 96, height: 72, samples: 4, shading, ..RenderSettings::default() }
+    RenderSettings::new(96, 72).with(|s| {
+        s.samples = 4;
+        s.shading = shading;
+    })
 }
 
-const CHECKER: Ground = Ground {
-    height: None,
-    surface: GroundSurface::Checker([0.85, 0.85, 0.85], [0.3, 0.32, 0.35]),
-    reflectivity: 0.0,
-};
+/// Light and dark.
+const CHECKER: GroundSurface = GroundSurface::Checker([0.85, 0.85, 0.85], [0.3, 0.32, 0.35]);
 
 #[test]
 fn clay() {
@@ -65,23 +65,22 @@ fn clay() {
 
 #[test]
 fn clay_on_a_ground() {
-    let settings = RenderSettings { ground: Some(Ground::default()), ..small(Shading::Clay) };
+    let settings = small(Shading::Clay).with(|s| s.ground = Some(Ground::default()));
     check("clay_ground", &pair(), &settings);
 }
 
 #[test]
 fn clay_shadow_on_nothing() {
-    let settings = RenderSettings {
-        ground: Some(Ground::default()),
-        background: Background::Transparent,
-        ..small(Shading::Clay)
-    };
+    let settings = small(Shading::Clay).with(|s| {
+        s.ground = Some(Ground::default());
+        s.background = Background::Transparent;
+    });
     check("clay_transparent", &pair(), &settings);
 }
 
 #[test]
 fn clay_with_smooth_normals() {
-    let settings = RenderSettings { smooth_angle: Some(50.0), ..small(Shading::Clay) };
+    let settings = small(Shading::Clay).with(|s| s.smooth_angle = Some(50.0));
     check("clay_smooth", &pair(), &settings);
 }
 
@@ -102,25 +101,24 @@ fn clay_with_vertex_colors() {
 
 #[test]
 fn whitted() {
-    let settings = RenderSettings { ground: Some(CHECKER), ..small(Shading::Whitted) };
+    let settings = small(Shading::Whitted).with(|s| s.ground = Some(Ground::new(CHECKER)));
     check("whitted", &materials(), &settings);
 }
 
 #[test]
 fn whitted_under_its_own_lights() {
-    let settings = RenderSettings {
-        ground: Some(Ground { reflectivity: 0.3, ..CHECKER }),
-        background: Background::Color([0.25, 0.35, 0.5]),
-        lights: vec![
+    let settings = small(Shading::Whitted).with(|s| {
+        s.ground = Some(Ground::new(CHECKER).mirroring(0.3));
+        s.background = Background::Color([0.25, 0.35, 0.5]);
+        s.lights = vec![
             Light::Point { position: vec3(-3.0, 5.0, 4.0), intensity: [60.0; 3], radius: 0.0 },
             Light::Directional {
                 direction: vec3(-1.0, -1.0, -0.3),
                 irradiance: [1.2, 0.8, 0.4],
                 angular_radius: 2.0,
             },
-        ],
-        ..small(Shading::Whitted)
-    };
+        ];
+    });
     check("whitted_lights", &materials(), &settings);
 }
 
@@ -144,7 +142,7 @@ fn orthographic_with_z_up() {
     let mut settings = small(Shading::Clay);
     settings.camera.projection = Projection::Orthographic { height: None };
     settings.camera.up = Up::PlusZ;
-    settings.ground = Some(Ground { surface: GroundSurface::Matte([0.7, 0.7, 0.7]), ..CHECKER });
+    settings.ground = Some(Ground::new(GroundSurface::Matte([0.7, 0.7, 0.7])));
     check("orthographic_z_up", &pair(), &settings);
 }
 
@@ -155,7 +153,7 @@ fn own_camera() {
     settings.camera.focal_point = Some(vec3(1.0, 0.5, 0.0));
     settings.camera.view_up = Some(vec3(0.3, 1.0, 0.0));
     settings.camera.view_angle = 50.0;
-    settings.ground = Some(CHECKER);
+    settings.ground = Some(Ground::new(CHECKER));
     check("own_camera", &pair(), &settings);
 }
 

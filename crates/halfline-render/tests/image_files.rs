@@ -12,14 +12,11 @@ use support::{Builder, matte};
 
 fn picture(shading: Shading, background: Background) -> Rendering {
     let scene = Builder::default().icosphere([0.0; 3], 1.0, 1, matte(0.5, 0.4, 0.3)).plain_scene();
-    let settings = RenderSettings {
-        width: 33,
-        height: 21,
-        samples: 3,
-        shading,
-        background,
-        ..RenderSettings::default()
-    };
+    let settings = RenderSettings::new(33, 21).with(|s| {
+        s.samples = 3;
+        s.shading = shading;
+        s.background = background;
+    });
     render(&scene, &settings, &NoProgress).unwrap()
 }
 

@@ -20,7 +20,10 @@ fn sphere() -> Scene {
 }
 
 fn settings(shading: Shading) -> RenderSettings {
-    RenderSettings { width: 64, height: 64, samples: 4, shading, ..RenderSettings::default() }
+    RenderSettings::new(64, 64).with(|s| {
+        s.samples = 4;
+        s.shading = shading;
+    })
 }
 
 fn draw(scene: &Scene, settings: &RenderSettings) -> Rendering {
@@ -38,13 +41,12 @@ fn the_same_bits_on_any_number_of_threads() {
         .icosphere([2.0, 1.0, 0.0], 1.0, 2, MIRROR)
         .scene();
     for shading in Shading::ALL {
-        let settings = RenderSettings {
-            width: 41,
-            height: 35,
-            seed: 5,
-            ground: Some(Ground::default()),
-            ..settings(shading)
-        };
+        let settings = settings(shading).with(|s| {
+            s.width = 41;
+            s.height = 35;
+            s.seed = 5;
+            s.ground = Some(Ground::default());
+        });
         let drawn = |threads: usize| {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
             let mut picture = pool.install(|| draw(&scene, &settings));
@@ -63,7 +65,7 @@ fn the_same_bits_by_every_instruction_set() {
         .cuboid([-2.0, 0.0, -1.0], [-1.2, 1.5, 1.0], matte(0.5, 0.4, 0.3))
         .scene();
     for shading in [Shading::Clay, Shading::Whitted, Shading::Normal] {
-        let settings = RenderSettings { ground: Some(Ground::default()), ..settings(shading) };
+        let settings = settings(shading).with(|s| s.ground = Some(Ground::default()));
         let mut drawn = |level| {
             scene.set_simd_level(level);
             let mut picture = draw(&scene, &settings);
@@ -81,7 +83,7 @@ fn the_same_bits_by_every_instruction_set() {
 fn another_seed_is_another_picture() {
     let scene = sphere();
     let first = draw(&scene, &settings(Shading::Clay));
-    let second = draw(&scene, &RenderSettings { seed: 1, ..settings(Shading::Clay) });
+    let second = draw(&scene, &settings(Shading::Clay).with(|s| s.seed = 1));
     assert_ne!(first.color, second.color);
 }
 
@@ -89,8 +91,8 @@ fn another_seed_is_another_picture() {
 #[test]
 fn a_convex_body_sees_the_whole_sky() {
     let scene = sphere();
-    let near = RenderSettings { occlusion_reach: 1e-6, ..settings(Shading::Clay) };
-    let far = RenderSettings { occlusion_reach: f64::INFINITY, ..settings(Shading::Clay) };
+    let near = settings(Shading::Clay).with(|s| s.occlusion_reach = 1e-6);
+    let far = settings(Shading::Clay).with(|s| s.occlusion_reach = f64::INFINITY);
     assert_eq!(draw(&scene, &near).color, draw(&scene, &far).color);
 }
 
@@ -103,7 +105,7 @@ fn the_inside_of_a_closed_box_sees_no_sky() {
     inside.camera.position = Some(vec3(0.1, 0.2, 0.9));
     inside.camera.focal_point = Some(vec3(0.0, 0.0, -1.0));
     let brightest = |reach: f64| {
-        let picture = draw(&scene, &RenderSettings { occlusion_reach: reach, ..inside.clone() });
+        let picture = draw(&scene, &inside.clone().with(|s| s.occlusion_reach = reach));
         picture.color.iter().map(|c| c[1]).fold(0.0, f32::max)
     };
     // The sky is at most 0.66, white 0.595 of green, and 16 % of 0.595 of it come back.
@@ -114,11 +116,10 @@ fn the_inside_of_a_closed_box_sees_no_sky() {
 
 #[test]
 fn ground_that_nothing_shades_is_the_background() {
-    let mut settings = RenderSettings {
-        ground: Some(Ground { height: Some(-50.0), ..Ground::default() }),
-        background: Background::Transparent,
-        ..settings(Shading::Clay)
-    };
+    let mut settings = settings(Shading::Clay).with(|s| {
+        s.ground = Some(Ground::default().at_height(-50.0));
+        s.background = Background::Transparent;
+    });
     settings.camera.elevation = 40.0;
     let scene = sphere();
     let picture = draw(&scene, &settings);
@@ -192,11 +193,7 @@ fn glass_lets_light_through_to_the_ground_and_stone_does_not() {
         let mut settings = settings(Shading::Whitted);
         settings.camera.position = Some(vec3(0.0, 0.3, 3.0));
         settings.camera.focal_point = Some(vec3(0.0, 0.0, 0.0));
-        settings.ground = Some(Ground {
-            height: Some(0.0),
-            surface: GroundSurface::Matte([1.0; 3]),
-            reflectivity: 0.0,
-        });
+        settings.ground = Some(Ground::new(GroundSurface::Matte([1.0; 3])).at_height(0.0));
         settings.lights = vec![Light::Directional {
             direction: vec3(0.0, -1.0, 0.0),
             irradiance: [3.0; 3],
@@ -270,8 +267,11 @@ fn layers_are_those_of_the_ray_through_the_pixel_s_middle() {
 #[test]
 fn steps_are_counted_and_scaled() {
     let scene = sphere();
-    let settings =
-        RenderSettings { width: 640, height: 480, samples: 1, ..settings(Shading::Steps) };
+    let settings = settings(Shading::Steps).with(|s| {
+        s.width = 640;
+        s.height = 480;
+        s.samples = 1;
+    });
     let picture = draw(&scene, &settings);
     let steps = picture.steps.as_ref().unwrap();
     let camera = Camera::new(&settings, scene.mesh(), &scene.mesh().bounds()).unwrap();
@@ -309,11 +309,10 @@ fn nothing_to_see_is_a_picture_too() {
     let point = Scene::new(point).unwrap();
     for scene in [empty, point] {
         for shading in Shading::ALL {
-            let settings = RenderSettings {
-                background: Background::Color([1.0, 0.0, 0.0]),
-                ground: None,
-                ..settings(shading)
-            };
+            let settings = settings(shading).with(|s| {
+                s.background = Background::Color([1.0, 0.0, 0.0]);
+                s.ground = None;
+            });
             let picture = draw(&scene, &settings);
             assert_eq!(picture.coverage(), 0.0);
             if shading != Shading::Steps {
@@ -350,7 +349,10 @@ impl Observer for Impatient {
 #[test]
 fn a_picture_stops_when_it_should() {
     let scene = sphere();
-    let settings = RenderSettings { width: 2000, height: 2000, ..settings(Shading::Clay) };
+    let settings = settings(Shading::Clay).with(|s| {
+        s.width = 2000;
+        s.height = 2000;
+    });
     for patience in [0, 1, 1000] {
         let observer = Impatient { questions: AtomicU64::new(0), patience };
         assert!(matches!(render(&scene, &settings, &observer), Err(Error::Interrupted)));
@@ -376,7 +378,10 @@ impl Observer for Listener {
 #[test]
 fn progress_ends_at_all_pixels() {
     let listener = Listener::default();
-    let settings = RenderSettings { width: 31, height: 17, ..settings(Shading::Normal) };
+    let settings = settings(Shading::Normal).with(|s| {
+        s.width = 31;
+        s.height = 17;
+    });
     render(&sphere(), &settings, &listener).unwrap();
     assert_eq!(listener.highest.into_inner(), 31 * 17);
     assert_eq!(listener.total.into_inner(), 31 * 17);
@@ -406,12 +411,12 @@ fn settings_without_sense_are_named() {
     assert_eq!(complaint(&|s| s.samples = u32::MAX), "samples");
     assert_eq!(complaint(&|s| s.occlusion_rays = 0), "occlusion rays");
     assert_eq!(complaint(&|s| s.occlusion_reach = f64::NAN), "occlusion reach");
-    assert_eq!(complaint(&|s| s.max_depth = 1000), "depth limit");
+    assert_eq!(complaint(&|s| s.max_depth = 1000), "max depth");
     assert_eq!(complaint(&|s| s.smooth_angle = Some(-1.0)), "smooth angle");
     assert_eq!(complaint(&|s| s.camera.position = Some(nan)), "camera position");
     assert_eq!(complaint(&|s| s.camera.focal_point = Some(nan)), "camera focal point");
-    assert_eq!(complaint(&|s| s.camera.view_up = Some(nan)), "camera up");
-    assert_eq!(complaint(&|s| s.camera.view_up = Some(vec3(0.0, 0.0, 0.0))), "camera up");
+    assert_eq!(complaint(&|s| s.camera.view_up = Some(nan)), "camera view up");
+    assert_eq!(complaint(&|s| s.camera.view_up = Some(vec3(0.0, 0.0, 0.0))), "camera view up");
     assert_eq!(
         complaint(&|s| {
             s.camera.position = Some(up);
@@ -425,21 +430,21 @@ fn settings_without_sense_are_named() {
             s.camera.focal_point = Some(up);
             s.camera.view_up = Some(up);
         }),
-        "camera up"
+        "camera view up"
     );
     for angle in [0.0, 180.0, -3.0, f64::NAN, 1e-320] {
         assert_eq!(complaint(&|s| s.camera.view_angle = angle), "camera view angle");
     }
-    assert_eq!(complaint(&|s| s.camera.elevation = 90.0), "camera elevation");
-    assert_eq!(complaint(&|s| s.camera.azimuth = f64::INFINITY), "camera azimuth");
+    assert_eq!(complaint(&|s| s.camera.elevation = 90.0), "camera elevation angle");
+    assert_eq!(complaint(&|s| s.camera.azimuth = f64::INFINITY), "camera azimuth angle");
     assert_eq!(complaint(&|s| s.camera.margin = 0.7), "camera margin");
     let flat = Projection::Orthographic { height: Some(-1.0) };
-    assert_eq!(complaint(&|s| s.camera.projection = flat), "orthographic height");
+    assert_eq!(complaint(&|s| s.camera.projection = flat), "camera orthographic");
     let bright = Background::Color([2.0, 0.0, 0.0]);
     assert_eq!(complaint(&|s| s.background = bright), "background color");
-    let ground = Ground { height: Some(f64::NAN), ..Ground::default() };
+    let ground = Ground::default().at_height(f64::NAN);
     assert_eq!(complaint(&|s| s.ground = Some(ground)), "ground height");
-    let ground = Ground { reflectivity: 1.5, ..Ground::default() };
+    let ground = Ground::default().mirroring(1.5);
     assert_eq!(complaint(&|s| s.ground = Some(ground)), "ground reflectivity");
     let heavy = halfline::mesh::Material { ior: 0.5, ..GLASS };
     assert_eq!(complaint(&|s| s.material = Some(heavy)), "material ior");

@@ -19,16 +19,13 @@ fn scene() -> Scene {
 }
 
 fn settings(shading: Shading) -> RenderSettings {
-    RenderSettings {
-        width: 41,
-        height: 35,
-        samples: 3,
-        shading,
-        seed: 5,
-        ground: Some(Ground { reflectivity: 0.3, ..Ground::default() }),
-        smooth_angle: Some(50.0),
-        ..RenderSettings::default()
-    }
+    RenderSettings::new(41, 35).with(|s| {
+        s.samples = 3;
+        s.shading = shading;
+        s.seed = 5;
+        s.ground = Some(Ground::default().mirroring(0.3));
+        s.smooth_angle = Some(50.0);
+    })
 }
 
 /// The whole picture in bands of so many rows, the last one less high, in an order that is no order.
@@ -81,7 +78,10 @@ fn a_picture_of_a_single_pixel_and_one_of_nothing_have_rows_too() {
     let nothing = Builder::default().plain_scene();
     for (scene, width, height) in [(&scene(), 1, 1), (&scene(), 1, 9), (&nothing, 9, 5)] {
         for shading in Shading::ALL {
-            let settings = RenderSettings { width, height, ..settings(shading) };
+            let settings = settings(shading).with(|s| {
+                s.width = width;
+                s.height = height;
+            });
             let whole = timeless(render(scene, &settings, &NoProgress));
             let plan = Plan::new(scene, &settings).unwrap();
             let parts = bands(&plan, 2);
@@ -147,16 +147,16 @@ fn rows_that_make_no_picture_are_refused() {
         "rows 8 to 11: there twice",
     );
 
-    let smaller = RenderSettings { height: 34, ..settings.clone() };
+    let smaller = settings.clone().with(|s| s.height = 34);
     let reason = "rows 0 to 9: of a picture of 41 x 34 pixels, not 41 x 35";
     refused(assemble(&settings, [of(&smaller, 0..10), rows(10..35)]), reason);
-    let narrower = RenderSettings { width: 40, ..settings.clone() };
+    let narrower = settings.clone().with(|s| s.width = 40);
     let reason = "row 34: of a picture of 40 x 35 pixels, not 41 x 35";
     refused(assemble(&settings, [rows(0..34), of(&narrower, 34..35)]), reason);
     for other in [
-        RenderSettings { seed: 6, ..settings.clone() },
-        RenderSettings { shading: Shading::Steps, ..settings.clone() },
-        RenderSettings { smooth_angle: None, ..settings.clone() },
+        settings.clone().with(|s| s.seed = 6),
+        settings.clone().with(|s| s.shading = Shading::Steps),
+        settings.clone().with(|s| s.smooth_angle = None),
     ] {
         let reason = "rows 10 to 34: traced with other settings";
         refused(assemble(&settings, [rows(0..10), of(&other, 10..35)]), reason);

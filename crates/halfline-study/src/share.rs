@@ -69,13 +69,10 @@ pub const ENGINES: [Engine; 3] =
 /// [`Error::Interrupted`]; [`Error::Invalid`] for a mesh that cannot be looked at.
 pub fn shares(mesh: &Arc<Mesh>, settings: &Settings, part: &Part) -> Result<Vec<Shares>> {
     let [width, height] = settings.picture;
-    let picture = RenderSettings {
-        width,
-        height,
-        samples: 1,
-        shading: Shading::Whitted,
-        ..RenderSettings::default()
-    };
+    let picture = RenderSettings::new(width, height).with(|settings| {
+        settings.samples = 1;
+        settings.shading = Shading::Whitted;
+    });
     let Ready::Fast(scene) = build_fast(mesh, part)? else { unreachable!("it was just built") };
     let generation_seconds = generation_seconds(&picture, mesh, settings)?;
     let plan = Plan::new(&*scene, &picture)?;

@@ -2,8 +2,8 @@
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;
-use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::{Arc, Once};
 use std::time::{Duration, Instant};
 
 use crate::batch;
@@ -64,6 +64,20 @@ impl Drop for Guarded {
 /// [`Scene::guarded`]: a program's panic hook should say nothing then.
 pub fn is_guarded() -> bool {
     GUARDED.load(Ordering::SeqCst) > 0
+}
+
+/// Has the process's panic hook say nothing while [`is_guarded`] is true, from now on: the error
+/// that comes of such a panic says enough. Other panics go to the hook that was there before.
+pub fn quiet_guarded_panics() {
+    static ONCE: Once = Once::new();
+    ONCE.call_once(|| {
+        let hook = std::panic::take_hook();
+        std::panic::set_hook(Box::new(move |panic| {
+            if !is_guarded() {
+                hook(panic);
+            }
+        }));
+    });
 }
 
 impl Scene {

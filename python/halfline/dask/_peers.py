@@ -21,7 +21,7 @@ from distributed.utils import sync
 
 import halfline
 from halfline._native import FormatError
-from halfline._scene import open_tree
+from halfline._open import open_tree
 from halfline.dask._trees import CHUNK_BYTES, Tree, cache_folder, cached, find
 
 # What was left by a sender that died is removed after so many seconds.
@@ -101,7 +101,7 @@ def _receive(part: Path, offset: int, chunk: bytes) -> None:
 async def finish(
     tree: Tree, transfer: str, modified: int, dask_worker: Worker | None = None
 ) -> None:
-    """Holds a file that has arrived against its checksums, and gives it its name.
+    """Tests a file that has arrived against its checksums, and gives it its name.
 
     Raises:
         FormatError: If it is not the tree.

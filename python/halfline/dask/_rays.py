@@ -70,22 +70,10 @@ def occluded(
 ) -> da.Array:
     """Whether each ray hits anything, as `Scene.occluded`; nothing is computed yet.
 
-    Args:
-        scene: As for `intersect`.
-        origins: As for `intersect`.
-        directions: As for `intersect`.
-        t_min: As for `intersect`.
-        t_max: As for `intersect`.
+    Arguments and exceptions are those of `intersect`.
 
     Returns:
         A Dask array of the rays' leading dimensions, bool.
-
-    Raises:
-        TypeError: As `intersect`.
-        ValueError: As `intersect`.
-        OSError: As `intersect`.
-        FormatError: As `intersect`.
-        MissingTreeError: As `intersect`.
     """
     tree, _ = tree_of(scene)
     return _ask("occluded", tree, np.dtype(np.bool_), origins, directions, t_min, t_max)
@@ -101,22 +89,10 @@ def count_intersections(
 ) -> da.Array:
     """How many hits each ray has, as `Scene.count_intersections`; nothing is computed yet.
 
-    Args:
-        scene: As for `intersect`.
-        origins: As for `intersect`.
-        directions: As for `intersect`.
-        t_min: As for `intersect`.
-        t_max: As for `intersect`.
+    Arguments and exceptions are those of `intersect`.
 
     Returns:
         A Dask array of the rays' leading dimensions, int64.
-
-    Raises:
-        TypeError: As `intersect`.
-        ValueError: As `intersect`.
-        OSError: As `intersect`.
-        FormatError: As `intersect`.
-        MissingTreeError: As `intersect`.
     """
     tree, _ = tree_of(scene)
     return _ask("count_intersections", tree, np.dtype(np.int64), origins, directions, t_min, t_max)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
-import inspect
 import os
 import time
 import uuid
@@ -17,8 +16,7 @@ from distributed import Client, Future, Worker
 from distributed.scheduler import KilledWorker
 
 from halfline._image import Image
-from halfline._native import Rendering, picture_size
-from halfline._picture import options_of
+from halfline._native import Rendering, RenderSettings
 from halfline._progress import Progress, Report, reporting
 from halfline._scene import Scene
 from halfline.dask._publish import check_client, nothing, publish_tree
@@ -43,13 +41,6 @@ _ATTEMPTS = 4
 
 # How often a caller that waits looks for what has arrived.
 _TICK_SECONDS = 0.01
-
-# What `Scene.render` has by default, and all that it has.
-_DEFAULTS = {
-    name: parameter.default
-    for name, parameter in inspect.signature(Scene.render).parameters.items()
-    if parameter.kind is parameter.KEYWORD_ONLY and name not in ("client", "progress")
-}
 
 
 def render(
@@ -85,19 +76,16 @@ def render(
         KeyboardInterrupt: On Ctrl-C, in less than half a second; the cluster works on no band then.
     """
     check_client(client)
-    unknown = settings.keys() - _DEFAULTS.keys()
-    if unknown:
-        raise TypeError(f"render() got an unexpected keyword argument {min(unknown)!r}")
-    options = options_of({**_DEFAULTS, **settings})
+    wanted = RenderSettings(**settings)
     with reporting(progress) as report:
-        parts = trace(client, scene, options, report)
-        return Image._of(Rendering.assemble(options, parts))
+        parts = trace(client, scene, wanted, report)
+        return Image._of(Rendering.assemble(wanted, parts))
 
 
 def trace(
     client: Client,
     scene: Scene | str | os.PathLike[str],
-    options: Sequence[str],
+    settings: RenderSettings,
     report: Report | None,
     check: Callable[[], object] = nothing,
 ) -> list[bytes]:
@@ -106,18 +94,18 @@ def trace(
     Args:
         client: The cluster's.
         scene: From a file, or the file's path.
-        options: Of the picture, as `halfline._picture.options_of` makes them.
+        settings: The picture's.
         report: Called with "trace", the pixels that have arrived, and all of them.
         check: Called every few milliseconds; what it raises ends the work.
     """
     tree, scene = tree_of(scene)
     publish_tree(client, tree, check)
-    job = _Job(client, tree, tuple(options))
-    width, height = picture_size(options)
+    job = _Job(client, tree, settings.to_json())
+    width, height = settings.size
     done = 0
     parts: list[bytes] = []
     try:
-        job.submit(bands(options_samples(options), width, height, _thread_count(client)))
+        job.submit(bands(settings.samples, width, height, _thread_count(client)))
         if report is not None:
             report("trace", done, width * height)
         while len(parts) < job.band_count:
@@ -147,14 +135,6 @@ def bands(samples: int, width: int, height: int, threads: int) -> list[tuple[int
     return [(first, min(first + rows, height)) for first in range(0, height, rows)]
 
 
-def options_samples(options: Sequence[str]) -> int:
-    """Rays through each pixel, as near as it matters here."""
-    for option in options:
-        if option.startswith("--samples="):
-            return int(option.removeprefix("--samples="))
-    return int(_DEFAULTS["samples"])
-
-
 def _thread_count(client: Client) -> int:
     return sum(client.nthreads().values()) or 1
 
@@ -162,11 +142,11 @@ def _thread_count(client: Client) -> int:
 class _Job:
     """The bands of one picture on a cluster, each of which arrives once."""
 
-    def __init__(self, client: Client, tree: Tree, options: tuple[str, ...]) -> None:
+    def __init__(self, client: Client, tree: Tree, settings: str) -> None:
         self.band_count = 0
         self._client = client
         self._tree = tree
-        self._options = options
+        self._settings = settings
         # Not even the same picture again may meet what was cancelled of this one.
         self._name = f"halfline-render-{uuid.uuid4().hex}"
         self._pending: dict[Future[bytes], tuple[int, int]] = {}
@@ -184,7 +164,7 @@ class _Job:
         # A tuple is of a group that Dask knows by its name.
         keys = [(self._name, first, self._attempts[first, end]) for first, end in bands]
         futures = self._client.map(
-            _draw, firsts, ends, key=keys, pure=False, tree=self._tree, options=self._options
+            _draw, firsts, ends, key=keys, pure=False, tree=self._tree, settings=self._settings
         )
         self._pending.update(zip(futures, bands, strict=True))
         loop: Any = self._client.loop
@@ -243,9 +223,9 @@ class _Unwanted(Exception):  # noqa: N818 - nobody sees it
     """Nobody waits for these rows any more."""
 
 
-def _draw(first: int, end: int, *, tree: Tree, options: tuple[str, ...]) -> bytes:
+def _draw(first: int, end: int, *, tree: Tree, settings: str) -> bytes:
     """The task: rows of a picture; none if it was cancelled meanwhile."""
-    picture = picture_of(tree, options)
+    picture = picture_of(tree, settings)
     worker = this_worker()
     if worker is None:
         return picture.trace_rows(first, end)

@@ -16,8 +16,9 @@ import dask
 from distributed import Worker, get_worker
 
 import halfline
-from halfline._native import Picture
-from halfline._scene import Scene, open_tree
+from halfline._native import Picture, RenderSettings
+from halfline._open import open_tree
+from halfline._scene import Scene
 from halfline.dask._recent import Recent
 
 CHUNK_BYTES = 4 << 20
@@ -31,7 +32,7 @@ _MOST_OPEN = 4
 _MOST_PICTURES = 4
 
 _scenes: Recent[str, Scene] = Recent(_MOST_OPEN)
-_pictures: Recent[tuple[str, tuple[str, ...]], Picture] = Recent(_MOST_PICTURES)
+_pictures: Recent[tuple[str, str], Picture] = Recent(_MOST_PICTURES)
 
 
 class MissingTreeError(RuntimeError):
@@ -87,11 +88,13 @@ def scene_of(tree: Tree) -> Scene:
     return _scenes.get(tree.content_hash, lambda: _open(tree))
 
 
-def picture_of(tree: Tree, options: tuple[str, ...]) -> Picture:
-    """A picture of a tree, in this process: planned once."""
-    return _pictures.get(
-        (tree.content_hash, options), lambda: Picture(scene_of(tree)._native, options)
-    )
+def picture_of(tree: Tree, settings: str) -> Picture:
+    """A picture of a tree, in this process: planned once. Its settings are given as JSON."""
+
+    def plan() -> Picture:
+        return Picture(scene_of(tree)._native, RenderSettings.from_json(settings))
+
+    return _pictures.get((tree.content_hash, settings), plan)
 
 
 def _open(tree: Tree) -> Scene:

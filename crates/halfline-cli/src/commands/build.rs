@@ -1,19 +1,21 @@
 //! `halfline build`: a mesh in, its tree as a file out, which every subcommand opens at once.
 
+use std::borrow::Cow;
 use std::path::PathBuf;
 
 use clap::Args;
 use halfline::Scene;
 use halfline::progress::{NoProgress, Stage};
 use halfline::tree::Verify;
-use serde_json::json;
+use serde::Serialize;
 
 use crate::failure::Failure;
-use crate::session::{Figures, Session};
+use crate::report::{Report, Skipped};
+use crate::session::Session;
 use crate::source::Source;
 use crate::table::Table;
 use crate::tree_options::TreeOptions;
-use crate::{output, session, units};
+use crate::{output, report, session, units};
 
 const EXAMPLES: &str = "\
 TREE.hlt holds the mesh too, so that it takes the mesh's place everywhere. It is mapped, not read:
@@ -55,34 +57,55 @@ pub fn run(options: &Options, session: Session) -> Result<(), Failure> {
         .tree_file()
         .map_or((0, String::new()), |file| (file.bytes(), file.content_hash().to_string()));
     let triangles = scene.mesh().triangle_count() as u64;
-    let bytes_per_triangle =
-        if triangles > 0 { bytes as f64 / triangles as f64 } else { bytes as f64 };
-    let (zero_area, non_finite) = (scene.tree().skipped_zero_area, scene.tree().skipped_non_finite);
-    let mut figures = Figures::new();
-    let mut tell = |name: &str, value| figures.insert(name.into(), value);
-    tell("mesh", json!(options.mesh.to_string_lossy()));
-    tell("output", json!(options.output.to_string_lossy()));
-    tell("triangles", json!(triangles));
-    tell("skipped", json!(zero_area + non_finite));
-    tell("preset", json!(source.preset));
-    tell("bytes", json!(bytes));
-    tell("bytes_per_triangle", json!(bytes_per_triangle));
-    tell("content_hash", json!(content_hash));
-    tell("load_seconds", json!(source.load_seconds));
-    tell("build_seconds", json!(source.build_seconds));
-    tell("write_seconds", json!(write_seconds));
-    tell("peak_memory_bytes", json!(session::peak_memory_bytes()));
+    session.tell(&BuildReport {
+        mesh: report::name(&options.mesh),
+        output: report::name(&options.output),
+        triangles,
+        skipped: Skipped::of(scene),
+        preset: source.preset,
+        bytes,
+        bytes_per_triangle: bytes as f64 / triangles.max(1) as f64,
+        content_hash,
+        load_seconds: source.load_seconds,
+        build_seconds: source.build_seconds,
+        write_seconds,
+        peak_memory_bytes: session::peak_memory_bytes(),
+        source: &source,
+    })
+}
 
-    let text = || {
-        let mut table = Table::new(options.output.display());
-        let note = format!("{} triangles", units::count(triangles));
-        table.row("load", units::seconds(source.load_seconds), note);
-        table.skipped(zero_area, non_finite);
-        source.build_row(&mut table, "");
-        let note = format!("{}, {bytes_per_triangle:.1} bytes per triangle", units::bytes(bytes));
-        table.row("write", units::seconds(write_seconds), note);
-        table.row("content", "", content_hash);
+/// What a tree's file is like, and what it took to make it.
+#[derive(Serialize)]
+struct BuildReport<'a> {
+    mesh: Cow<'a, str>,
+    output: Cow<'a, str>,
+    triangles: u64,
+    skipped: Skipped,
+    preset: &'a str,
+    bytes: u64,
+    bytes_per_triangle: f64,
+    content_hash: String,
+    load_seconds: f64,
+    build_seconds: f64,
+    write_seconds: f64,
+    peak_memory_bytes: Option<u64>,
+    #[serde(skip)]
+    source: &'a Source,
+}
+
+impl Report for BuildReport<'_> {
+    const IS_THE_RESULT: bool = false;
+
+    fn to_text(&self) -> String {
+        let mut table = Table::new(&self.output);
+        let note = format!("{} triangles", units::count(self.triangles));
+        table.row("load", units::seconds(self.load_seconds), note);
+        table.skipped(self.skipped);
+        self.source.build_row(&mut table, "");
+        let bytes = units::bytes(self.bytes);
+        let note = format!("{bytes}, {:.1} bytes per triangle", self.bytes_per_triangle);
+        table.row("write", units::seconds(self.write_seconds), note);
+        table.row("content", "", &self.content_hash);
         table.print()
-    };
-    session.tell(figures, text, false)
+    }
 }

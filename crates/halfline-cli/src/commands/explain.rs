@@ -3,20 +3,20 @@
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
-use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use clap::{Args, ValueEnum};
 use halfline::explain::{Cells, Explanation, Rule, Slice, SlicePlane, Step, Walk, check};
 use halfline::geometry::{Ray, vec3};
 use halfline::progress::Stage;
 use halfline::textbook::Termination;
 use halfline::{Aabb, Error, Mesh, Scene};
-use halfline_explain::{Report, SLICE_SIZE, SliceOptions, draw_slice};
-use halfline_render::{Plan, RenderSettings};
-use serde_json::{Value, json};
+use halfline_explain::{SLICE_SIZE, SliceOptions, draw_slice};
+use halfline_render::{Plan, RenderSettings, text};
+use serde::Serialize;
 
 use crate::camera_options::CameraOptions;
 use crate::failure::Failure;
-use crate::session::{Figures, Session};
+use crate::report::{self, Report};
+use crate::session::Session;
 use crate::source::Source;
 use crate::table::Table;
 use crate::tree_options::TreeOptions;
@@ -57,12 +57,13 @@ pub struct Options {
     plane: Option<PlaneName>,
 
     /// Where the plane lies along the third axis [default: through the ray or the middle]
-    #[arg(long, value_name = "C", allow_hyphen_values = true, value_parser = values::finite)]
+    #[arg(long, value_name = "C", allow_hyphen_values = true, value_parser = text::finite)]
     #[arg(requires = "plane")]
     at: Option<f64>,
 
     /// Where the lecture's tree splits cells
-    #[arg(long, value_name = "NAME", value_parser = rule_parser(), default_value_t)]
+    #[arg(long, value_name = "NAME", default_value_t)]
+    #[arg(value_parser = values::named(Rule::ALL, |rule| (rule.name(), rule.description())))]
     rule: Rule,
 
     /// Where the explanation goes: .html, .json or .txt; with --plane .svg [default: printed]
@@ -80,12 +81,6 @@ pub struct Options {
 
     #[command(flatten)]
     camera: CameraOptions,
-}
-
-/// Understands the rules' names.
-fn rule_parser() -> impl TypedValueParser<Value = Rule> {
-    let value = |rule: Rule| PossibleValue::new(rule.name()).help(rule.description());
-    PossibleValuesParser::new(Rule::ALL.map(value)).try_map(|name| name.parse::<Rule>())
 }
 
 #[derive(Clone, Copy, Debug, ValueEnum)]
@@ -140,12 +135,9 @@ fn check_output(options: &Options, session: &Session) -> Result<(), Failure> {
 /// The ray that was asked about.
 fn ray_of(options: &Options, scene: &Scene) -> Result<Option<Ray>, Failure> {
     let Some((column, row)) = options.pixel else { return Ok(options.ray) };
-    let settings = RenderSettings {
-        width: options.resolution.0,
-        height: options.resolution.1,
-        camera: options.camera.settings().map_err(Failure::Usage)?,
-        ..RenderSettings::default()
-    };
+    let camera = options.camera.settings().map_err(Failure::Usage)?;
+    let (width, height) = options.resolution;
+    let settings = RenderSettings::new(width, height).with(|settings| settings.camera = camera);
     Ok(Some(Plan::new(scene, &settings)?.pixel_ray(column, row)?))
 }
 
@@ -169,28 +161,26 @@ fn tell(options: &Options, source: &Source, session: Session) -> Result<(), Fail
         scene.explain(&ray, options.rule, observer)
     })?;
     let name = name_of(&options.mesh);
-    let report = Report { name: &name, mesh: scene.mesh(), explanation: &explanation };
+    let explained =
+        halfline_explain::Report { name: &name, mesh: scene.mesh(), explanation: &explanation };
     if let Some(path) = &options.output {
         let content = scene.guarded(|| {
             Ok(match output::extension(path).as_deref() {
-                Some("html") => report.to_page(up_axis(options)?),
-                Some("json") => format!("{:#}\n", report.to_json()),
-                _ => report.to_text(),
+                Some("html") => explained.to_page(up_axis(options)?),
+                Some("json") => format!("{:#}\n", explained.to_json()),
+                _ => explained.to_text(),
             })
         })?;
         write(path, &content, &session)?;
     }
-    let figures = match session.wants_json() {
-        true => scene.guarded(|| Ok(report.to_json()))?,
-        false => Value::Null,
-    };
-    let Value::Object(figures) = figures else {
-        return match &options.output {
-            None => session.tell(Figures::new(), || report.to_text(), true),
-            Some(path) => session.tell(Figures::new(), || summary(path, &explanation), false),
-        };
-    };
-    session.tell(figures, String::new, true)
+    if session.wants_json() {
+        let figures = scene.guarded(|| Ok(explained.to_json()))?;
+        return session.tell_figures(&figures);
+    }
+    match &options.output {
+        None => session.tell_text(|| explained.to_text(), true),
+        Some(path) => session.tell_text(|| summary(path, &explanation), false),
+    }
 }
 
 fn write(path: &Path, content: &str, session: &Session) -> Result<(), Failure> {
@@ -246,44 +236,60 @@ fn cut(options: &Options, axis: usize, source: &Source, session: Session) -> Res
             let pixel = longest[0].max(longest[1]) / SLICE_SIZE;
             let slice = Slice::through(&mut cells, plane, SMALLEST * pixel, usize::MAX)?;
             let options = SliceOptions { name: &name, rule: rule.name(), ray: &ray, walk: &walk };
-            Ok((draw_slice(&slice, &options), figures_of(mesh, &slice, &walk)))
+            Ok((draw_slice(&slice, &options), SliceReport::new(mesh, &slice, &walk)))
         })
     });
-    let ((svg, mut figures), _) = drawing?;
+    let ((svg, mut report), _) = drawing?;
     let Some(path) = &options.output else {
-        return session.tell(Figures::new(), || svg, true);
+        return session.tell_text(|| svg, true);
     };
     write(path, &svg, &session)?;
-    figures.insert("output".into(), json!(path.to_string_lossy()));
-    let count = |name: &str| units::count(figures[name].as_u64().unwrap_or(0));
-    let text = [count("cells"), count("deepest")];
-    session.tell(
-        figures,
-        || {
-            let [cells, deepest] = text;
-            let mut table = Table::new(path.display());
-            table.row("cells", cells, format!("up to {deepest} levels deep"));
-            table.print()
-        },
-        false,
-    )
+    report.output = report::name(path).into_owned();
+    session.tell(&report)
 }
 
 /// Cells whose sides are shorter than so many pixels are not divided further.
 const SMALLEST: f64 = 1.5;
 
-fn figures_of(mesh: &Mesh, slice: &Slice, walk: &Walk) -> Figures {
-    let deepest = slice.cells.iter().map(|cell| cell.depth).max();
-    let mut figures = Figures::new();
-    let mut tell = |name: &str, value| figures.insert(name.into(), value);
-    tell("triangles", json!(mesh.triangle_count()));
-    tell("axis", json!(["x", "y", "z"][slice.plane.axis]));
-    tell("at", json!(slice.plane.coordinate));
-    tell("cells", json!(slice.cells.len()));
-    tell("deepest", json!(deepest));
-    tell("segments", json!(slice.segments.len()));
-    tell("nodes_visited", json!(walk.visits.nodes));
-    figures
+/// The cells that a plane cuts.
+#[derive(Serialize)]
+struct SliceReport {
+    triangles: usize,
+    axis: &'static str,
+    at: f64,
+    cells: usize,
+    deepest: Option<usize>,
+    segments: usize,
+    nodes_visited: u64,
+    /// The drawing.
+    output: String,
+}
+
+impl SliceReport {
+    fn new(mesh: &Mesh, slice: &Slice, walk: &Walk) -> SliceReport {
+        SliceReport {
+            triangles: mesh.triangle_count(),
+            axis: ["x", "y", "z"][slice.plane.axis],
+            at: slice.plane.coordinate,
+            cells: slice.cells.len(),
+            deepest: slice.cells.iter().map(|cell| cell.depth).max(),
+            segments: slice.segments.len(),
+            nodes_visited: walk.visits.nodes,
+            output: String::new(),
+        }
+    }
+}
+
+impl Report for SliceReport {
+    const IS_THE_RESULT: bool = false;
+
+    fn to_text(&self) -> String {
+        let mut table = Table::new(&self.output);
+        let deepest = units::count(self.deepest.unwrap_or(0) as u64);
+        let note = format!("up to {deepest} levels deep");
+        table.row("cells", units::count(self.cells as u64), note);
+        table.print()
+    }
 }
 
 /// A ray to show where none is asked about: of some that cross the picture the one that comes to the

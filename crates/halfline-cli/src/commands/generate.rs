@@ -1,18 +1,18 @@
 //! `halfline generate`: meshes to try things on.
 
+use std::borrow::Cow;
 use std::path::{Path, PathBuf};
 
 use clap::Args;
-use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
-use halfline::geometry::Vec3;
 use halfline::progress::Stage;
 use halfline_io::models::{self, Kind, View};
-use serde_json::{Value, json};
+use serde::Serialize;
 
 use crate::failure::Failure;
-use crate::session::{Figures, Session};
+use crate::report::Report;
+use crate::session::Session;
 use crate::table::Table;
-use crate::{output, session, units, values};
+use crate::{output, report, session, units, values};
 
 const EXAMPLES: &str = "\
 Examples:
@@ -24,7 +24,8 @@ Examples:
 #[command(after_help = EXAMPLES)]
 pub struct Options {
     /// What to make; z points up
-    #[arg(value_name = "KIND", value_parser = kind_parser())]
+    #[arg(value_name = "KIND")]
+    #[arg(value_parser = values::named(Kind::ALL, |kind| (kind.name(), kind.description())))]
     kind: Kind,
 
     /// How many triangles it should have; some kinds only come near. May end in k or M
@@ -41,12 +42,6 @@ pub struct Options {
     seed: u64,
 }
 
-/// Understands the kinds' names, and lists them in the help with a line each.
-fn kind_parser() -> impl TypedValueParser<Value = Kind> {
-    let values = Kind::ALL.map(|kind| PossibleValue::new(kind.name()).help(kind.description()));
-    PossibleValuesParser::new(values).try_map(|name| name.parse::<Kind>())
-}
-
 /// Makes the mesh.
 pub fn run(options: &Options, session: Session) -> Result<(), Failure> {
     output::check(&options.output, &[])?;
@@ -56,65 +51,93 @@ pub fn run(options: &Options, session: Session) -> Result<(), Failure> {
     let ((), write_seconds) = session
         .timed(Stage::Write, |observer| halfline_io::save_ply(&mesh, &options.output, observer))?;
 
-    let file_bytes = options.output.metadata().map(|metadata| metadata.len()).ok();
-    let (triangles, vertices) = (mesh.triangle_count() as u64, mesh.positions().len() as u64);
-    let view = models::suggested_view(options.kind);
-    let mut figures = Figures::new();
-    let mut tell = |name: &str, value| figures.insert(name.into(), value);
-    tell("kind", json!(options.kind.name()));
-    tell("seed", json!(options.seed));
-    tell("output", json!(options.output.to_string_lossy()));
-    tell("triangles", json!(triangles));
-    tell("vertices", json!(vertices));
-    tell("file_bytes", json!(file_bytes));
-    tell("view", view.as_ref().map_or(Value::Null, view_figures));
-    tell("generate_seconds", json!(generate_seconds));
-    tell("write_seconds", json!(write_seconds));
-    tell("peak_memory_bytes", json!(session::peak_memory_bytes()));
-
-    let text = || {
-        let mut table = Table::new(options.output.display());
-        let note =
-            format!("{} triangles, {} vertices", units::count(triangles), units::count(vertices));
-        table.row("generate", units::seconds(generate_seconds), note);
-        table.row(
-            "write",
-            units::seconds(write_seconds),
-            file_bytes.map_or(String::new(), units::bytes),
-        );
-        table.print() + &hint(options, view.as_ref())
-    };
-    session.tell(figures, text, false)
-}
-
-fn view_figures(view: &View) -> Value {
-    json!({
-        "position": view.from.to_array(),
-        "focal_point": view.at.to_array(),
-        "up": view.up.to_array(),
-        "angle_degrees": view.angle_degrees,
+    session.tell(&GenerateReport {
+        kind: options.kind.name(),
+        seed: options.seed,
+        output: report::name(&options.output),
+        triangles: mesh.triangle_count() as u64,
+        vertices: mesh.positions().len() as u64,
+        file_bytes: options.output.metadata().map(|metadata| metadata.len()).ok(),
+        view: models::suggested_view(options.kind).map(ViewReport::from),
+        generate_seconds,
+        write_seconds,
+        peak_memory_bytes: session::peak_memory_bytes(),
+        options,
     })
 }
 
-/// The command that shows the mesh from its best side.
-fn hint(options: &Options, view: Option<&View>) -> String {
-    let mesh = shell_word(&options.output);
-    let picture = shell_word(&options.output.with_extension("png"));
-    let mut command = format!("  halfline render {mesh} -o {picture} --up +Z");
-    if let Some(view) = view {
-        let vector = |v: Vec3| format!("{},{},{}", v.x, v.y, v.z);
-        command += &format!(
-            " --camera-position {} --camera-focal-point {} --camera-view-angle {}",
-            vector(view.from),
-            vector(view.at),
-            view.angle_degrees
-        );
+/// What a mesh is like that was made, and what it took.
+#[derive(Serialize)]
+struct GenerateReport<'a> {
+    kind: &'a str,
+    seed: u64,
+    output: Cow<'a, str>,
+    triangles: u64,
+    vertices: u64,
+    file_bytes: Option<u64>,
+    view: Option<ViewReport>,
+    generate_seconds: f64,
+    write_seconds: f64,
+    peak_memory_bytes: Option<u64>,
+    #[serde(skip)]
+    options: &'a Options,
+}
+
+/// From where a mesh is seen best.
+#[derive(Serialize)]
+struct ViewReport {
+    position: [f64; 3],
+    focal_point: [f64; 3],
+    up: [f64; 3],
+    angle_degrees: f64,
+}
+
+impl From<View> for ViewReport {
+    fn from(view: View) -> ViewReport {
+        ViewReport {
+            position: view.from.to_array(),
+            focal_point: view.at.to_array(),
+            up: view.up.to_array(),
+            angle_degrees: view.angle_degrees,
+        }
     }
-    if options.kind == Kind::Hall {
-        // Under a roof, all the sky would be hidden.
-        command += " --occlusion-reach 0.08";
+}
+
+impl Report for GenerateReport<'_> {
+    const IS_THE_RESULT: bool = false;
+
+    fn to_text(&self) -> String {
+        let mut table = Table::new(&self.output);
+        let (triangles, vertices) = (units::count(self.triangles), units::count(self.vertices));
+        let note = format!("{triangles} triangles, {vertices} vertices");
+        table.row("generate", units::seconds(self.generate_seconds), note);
+        let bytes = self.file_bytes.map_or(String::new(), units::bytes);
+        table.row("write", units::seconds(self.write_seconds), bytes);
+        table.print() + &self.hint()
     }
-    format!("To see it:\n{command}\n")
+}
+
+impl GenerateReport<'_> {
+    /// The command that shows the mesh from its best side.
+    fn hint(&self) -> String {
+        let mesh = shell_word(&self.options.output);
+        let picture = shell_word(&self.options.output.with_extension("png"));
+        let mut command = format!("  halfline render {mesh} -o {picture} --up +Z");
+        if let Some(view) = &self.view {
+            let vector = |[x, y, z]: [f64; 3]| format!("{x},{y},{z}");
+            command += &format!(
+                " --camera-position {} --camera-focal-point {} --camera-view-angle {}",
+                vector(view.position),
+                vector(view.focal_point),
+                view.angle_degrees
+            );
+        }
+        if self.options.kind == Kind::Hall {
+            // Under a roof, all the sky would be hidden.
+            command += " --occlusion-reach 0.08";
+        }
+        format!("To see it:\n{command}\n")
+    }
 }
 
 /// `path` as a shell reads it as one word.

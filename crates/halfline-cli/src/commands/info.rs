@@ -1,19 +1,20 @@
 //! `halfline info`: what a mesh and its kd-tree are like.
 
-use std::path::PathBuf;
+use std::borrow::Cow;
+use std::path::{Path, PathBuf};
 
 use clap::Args;
-use halfline::geometry::Aabb;
 use halfline::mesh::Positions;
 use halfline::tree::TreeStatistics;
-use serde_json::{Value, json};
+use serde::Serialize;
 
 use crate::failure::Failure;
-use crate::session::{Figures, Session};
+use crate::report::{Report, Skipped};
+use crate::session::Session;
 use crate::source::Source;
 use crate::table::{Table, bar};
 use crate::tree_options::TreeOptions;
-use crate::{input, session, units};
+use crate::{input, report, session, units};
 
 const EXAMPLES: &str = "\
 Examples:
@@ -44,100 +45,103 @@ pub fn run(options: &Options, session: Session) -> Result<(), Failure> {
     let (statistics, bounds) =
         scene.guarded(|| Ok((tree.statistics(mesh.triangle_count()), mesh.bounds())))?;
 
-    let precision = match mesh.positions() {
-        Positions::F32(_) => "float32",
-        Positions::F64(_) => "float64",
-    };
-    let skipped = tree.skipped_zero_area + tree.skipped_non_finite;
-    let peak_memory = session::peak_memory_bytes();
-    let mut figures = Figures::new();
-    let mut tell = |name: &str, value| figures.insert(name.into(), value);
-    tell("mesh", json!(options.mesh.to_string_lossy()));
-    tell("file_bytes", json!(file_bytes));
-    tell("triangles", json!(mesh.triangle_count()));
-    tell("vertices", json!(mesh.positions().len()));
-    tell("precision", json!(precision));
-    tell("bounds", bounds_figures(&bounds));
-    tell("skipped", json!(skipped));
-    tell("skipped_degenerate", json!(tree.skipped_zero_area));
-    tell("skipped_non_finite", json!(tree.skipped_non_finite));
-    tell("preset", json!(source.preset));
-    tell("content_hash", source.content_hash_figure());
-    tell("tree", tree_figures(&statistics));
-    tell("load_seconds", json!(source.load_seconds));
-    tell("build_seconds", json!(source.build_seconds));
-    tell("peak_memory_bytes", json!(peak_memory));
-
-    let text = || {
-        let mut table = Table::new(input::name(&options.mesh).display());
-        let count = |value: usize| units::count(value as u64);
-        let note = format!("{} vertices, {precision}", count(mesh.positions().len()));
-        table.row("triangles", count(mesh.triangle_count()), note);
-        table.skipped(tree.skipped_zero_area, tree.skipped_non_finite);
-        bounds_rows(&mut table, &bounds);
-        let note = file_bytes.map_or(String::new(), units::bytes);
-        table.row("load", units::seconds(source.load_seconds), note);
-        let note = peak_memory
-            .map_or(String::new(), |bytes| format!(", peak memory so far {}", units::bytes(bytes)));
-        source.build_row(&mut table, &note);
-        tree_rows(&mut table, &statistics);
-        table.print()
-    };
-    session.tell(figures, text, true)
-}
-
-fn bounds_figures(bounds: &Aabb) -> Value {
-    match bounds.is_empty() {
-        true => Value::Null,
-        false => json!([bounds.min.to_array(), bounds.max.to_array()]),
-    }
-}
-
-fn tree_figures(tree: &TreeStatistics) -> Value {
-    json!({
-        "depth": tree.depth,
-        "nodes": tree.nodes,
-        "spatial_splits": tree.spatial_splits,
-        "object_splits": tree.object_splits,
-        "leaves": tree.leaves,
-        "empty_leaves": tree.empty_leaves,
-        "leaves_by_size": tree.leaves_by_size,
-        "references": tree.references,
-        "references_per_triangle": tree.references_per_triangle,
-        "sah_cost": tree.sah_cost,
-        "bytes": tree.bytes,
-        "bytes_per_triangle": tree.bytes_per_triangle,
+    let skipped = Skipped::of(scene);
+    session.tell(&InfoReport {
+        mesh: report::name(&options.mesh),
+        file_bytes,
+        triangles: mesh.triangle_count(),
+        vertices: mesh.positions().len(),
+        precision: match mesh.positions() {
+            Positions::F32(_) => "float32",
+            Positions::F64(_) => "float64",
+        },
+        bounds: (!bounds.is_empty()).then(|| [bounds.min.to_array(), bounds.max.to_array()]),
+        skipped,
+        skipped_degenerate: skipped.degenerate,
+        skipped_non_finite: skipped.non_finite,
+        preset: source.preset,
+        content_hash: source.content_hash(),
+        tree: statistics,
+        load_seconds: source.load_seconds,
+        build_seconds: source.build_seconds,
+        peak_memory_bytes: session::peak_memory_bytes(),
+        source: &source,
     })
 }
 
-fn bounds_rows(table: &mut Table, bounds: &Aabb) {
-    if bounds.is_empty() {
-        table.row("bounds", "none", "");
-        return;
+/// What a mesh and its tree are like.
+#[derive(Serialize)]
+struct InfoReport<'a> {
+    mesh: Cow<'a, str>,
+    file_bytes: Option<u64>,
+    triangles: usize,
+    vertices: usize,
+    precision: &'a str,
+    /// The lowest and the highest corner; none of a mesh without finite vertices.
+    bounds: Option<[[f64; 3]; 2]>,
+    skipped: Skipped,
+    skipped_degenerate: usize,
+    skipped_non_finite: usize,
+    preset: &'a str,
+    content_hash: Option<String>,
+    tree: TreeStatistics,
+    load_seconds: f64,
+    build_seconds: f64,
+    peak_memory_bytes: Option<u64>,
+    #[serde(skip)]
+    source: &'a Source,
+}
+
+impl Report for InfoReport<'_> {
+    const IS_THE_RESULT: bool = true;
+
+    fn to_text(&self) -> String {
+        let mut table = Table::new(input::name(Path::new(&*self.mesh)).display());
+        let count = |value: usize| units::count(value as u64);
+        let note = format!("{} vertices, {}", count(self.vertices), self.precision);
+        table.row("triangles", count(self.triangles), note);
+        table.skipped(self.skipped);
+        self.bounds_rows(&mut table);
+        let note = self.file_bytes.map_or(String::new(), units::bytes);
+        table.row("load", units::seconds(self.load_seconds), note);
+        let note = self
+            .peak_memory_bytes
+            .map_or(String::new(), |bytes| format!(", peak memory so far {}", units::bytes(bytes)));
+        self.source.build_row(&mut table, &note);
+        tree_rows(&mut table, &self.tree);
+        table.print()
     }
-    let extent = bounds.extent();
-    for (axis, name) in ["x", "y", "z"].into_iter().enumerate() {
-        let (low, high) = (bounds.min[axis], bounds.max[axis]);
-        let label = if axis == 0 { "bounds" } else { "" };
-        let figure = units::number(extent[axis]);
-        let (low, high) = (units::number(low), units::number(high));
-        table.row(label, figure, format!("{name} from {low} to {high}"));
+}
+
+impl InfoReport<'_> {
+    fn bounds_rows(&self, table: &mut Table) {
+        let Some([low, high]) = self.bounds else {
+            table.row("bounds", "none", "");
+            return;
+        };
+        for (axis, name) in ["x", "y", "z"].into_iter().enumerate() {
+            let label = if axis == 0 { "bounds" } else { "" };
+            let [extent, low, high] =
+                [high[axis] - low[axis], low[axis], high[axis]].map(units::number);
+            table.row(label, extent, format!("{name} from {low} to {high}"));
+        }
     }
 }
 
 fn tree_rows(table: &mut Table, tree: &TreeStatistics) {
     let count = |value: usize| units::count(value as u64);
-    let note = format!(
-        "levels, {} planes, {} groups",
-        count(tree.spatial_splits),
-        count(tree.object_splits)
-    );
+    let (planes, groups) = (count(tree.spatial_splits), count(tree.object_splits));
+    let note = format!("levels, {planes} planes, {groups} groups");
     table.row("tree", count(tree.depth), note);
     let note = format!("nodes, expected cost of a line {:.1}", tree.sah_cost);
     table.row("", count(tree.nodes), note);
     table.row("", format!("{:.3}", tree.references_per_triangle), "references per triangle");
     table.row("", format!("{:.1}", tree.bytes_per_triangle), "bytes per triangle");
-    table.row("leaves", count(tree.leaves), format!("{} empty", count(tree.empty_leaves)));
+    table.row(
+        "leaves",
+        count(tree.leaves),
+        format!("{:.1} children a node", tree.children_per_node),
+    );
     let most = tree.leaves_by_size.iter().copied().max().unwrap_or(0);
     for (size, &leaves) in tree.leaves_by_size.iter().enumerate() {
         if leaves > 0 {

@@ -1,5 +1,6 @@
 //! `halfline query`: the rays of a NumPy file in, what they hit out.
 
+use std::borrow::Cow;
 use std::path::PathBuf;
 use std::time::Instant;
 
@@ -10,18 +11,19 @@ use halfline::mesh::Mesh;
 use halfline::progress::{Observer, Part, Stage};
 use halfline::scene::AllHits;
 use halfline::textbook::{KdTree, Termination};
-use serde_json::json;
+use serde::Serialize;
 
 use crate::engine::{BruteForce, Engine};
 use crate::failure::Failure;
 use crate::npy::RayFile;
 use crate::npz::Archive;
 use crate::output::Interruptible;
-use crate::session::{Figures, Session};
+use crate::report::{Report, Skipped};
+use crate::session::Session;
 use crate::source::{MeshSource, Source};
 use crate::table::Table;
 use crate::tree_options::TreeOptions;
-use crate::{input, output, session, units};
+use crate::{input, output, report, session, units};
 
 const EXAMPLES: &str = "\
 RAYS.npy holds float32 or float64 of shape (n, 6) = ox oy oz dx dy dz, or (n, 8) with t_min t_max
@@ -86,6 +88,9 @@ enum EngineName {
     Brute,
 }
 
+/// What the question for all hits is called.
+const ALL: &str = "all";
+
 /// The answers so far, in the order of the rays.
 enum Answers {
     Closest(Vec<Hit>),
@@ -110,8 +115,7 @@ pub fn run(options: &Options, session: Session) -> Result<(), Failure> {
         let source = Source::open(&options.mesh, &options.tree, &session)?;
         let (scene, load_seconds) = (&source.scene, source.load_seconds);
         let run = Run { options, session, rays, load_seconds };
-        let tree = scene.tree();
-        let skipped = Some((tree.skipped_zero_area, tree.skipped_non_finite));
+        let skipped = Some(Skipped::of(scene));
         return scene
             .guarded(|| Ok(run.answer(scene, scene.mesh(), skipped, source.build_seconds)))?;
     }
@@ -141,13 +145,13 @@ struct Run<'a> {
 }
 
 impl Run<'_> {
-    /// Casts all rays, writes the answers and tells the figures. `skipped` counts the triangles
-    /// without area and the ones that are not finite, for engines that look for them beforehand.
+    /// Casts all rays, writes the answers and tells the figures. `skipped` are the triangles that no
+    /// ray can hit, for engines that look for them beforehand.
     fn answer(
         mut self,
         engine: &dyn Engine,
         mesh: &Mesh,
-        skipped: Option<(usize, usize)>,
+        skipped: Option<Skipped>,
         build_seconds: f64,
     ) -> Result<(), Failure> {
         let mut answers = match (self.options.any, self.options.all) {
@@ -178,60 +182,73 @@ impl Run<'_> {
             })
         })?;
 
-        let (hits, hit_rays) = (answers.hits(), answers.hit_rays());
-        let rays_per_second =
-            if trace_seconds > 0.0 { ray_count as f64 / trace_seconds } else { 0.0 };
-        let triangles = mesh.triangle_count() as u64;
-        let mut figures = Figures::new();
-        let mut tell = |name: &str, value| figures.insert(name.into(), value);
-        tell("mesh", json!(self.options.mesh.to_string_lossy()));
-        tell("output", json!(self.options.output.to_string_lossy()));
-        tell("engine", json!(self.options.engine.name()));
-        tell("question", json!(answers.question()));
-        tell("triangles", json!(triangles));
-        tell("skipped", json!(skipped.map(|(zero_area, non_finite)| zero_area + non_finite)));
-        tell("rays", json!(ray_count));
-        tell("invalid_rays", json!(invalid_rays));
-        tell("hit_rays", json!(hit_rays));
-        tell("hits", json!(hits));
-        tell("rays_per_second", json!(rays_per_second));
-        tell("load_seconds", json!(self.load_seconds));
-        tell("build_seconds", json!(build_seconds));
-        tell("trace_seconds", json!(trace_seconds));
-        tell("write_seconds", json!(write_seconds));
-        tell("peak_memory_bytes", json!(session::peak_memory_bytes()));
+        self.session.tell(&QueryReport {
+            mesh: report::name(&self.options.mesh),
+            output: report::name(&self.options.output),
+            engine: self.options.engine.name(),
+            question: answers.question(),
+            triangles: mesh.triangle_count() as u64,
+            skipped,
+            rays: ray_count,
+            invalid_rays,
+            hit_rays: answers.hit_rays(),
+            hits: answers.hits(),
+            rays_per_second: report::per_second(ray_count, trace_seconds),
+            load_seconds: self.load_seconds,
+            build_seconds,
+            trace_seconds,
+            write_seconds,
+            peak_memory_bytes: session::peak_memory_bytes(),
+        })
+    }
+}
 
-        let text = || {
-            let mut table = Table::new(self.options.output.display());
-            let note = format!("{} triangles", units::count(triangles));
-            table.row("load", units::seconds(self.load_seconds), note);
-            if let Some((zero_area, non_finite)) = skipped {
-                table.skipped(zero_area, non_finite);
-            }
-            table.row("build", units::seconds(build_seconds), "");
-            let note = format!(
-                "{} rays, {}rays/s",
-                units::count(ray_count),
-                units::metric(rays_per_second)
-            );
-            table.row("trace", units::seconds(trace_seconds), note);
-            let note = match &answers {
-                Answers::All(_) => {
-                    format!("{} hits on {} rays", units::count(hits), units::count(hit_rays))
-                }
-                _ => format!("{} rays hit", units::count(hit_rays)),
-            };
-            table.row("write", units::seconds(write_seconds), note);
-            if invalid_rays > 0 {
-                table.row(
-                    "invalid",
-                    units::count(invalid_rays),
-                    "rays that hit nothing by definition",
-                );
-            }
-            table.print()
+/// What rays were asked about, and what it cost to answer.
+#[derive(Serialize)]
+struct QueryReport<'a> {
+    mesh: Cow<'a, str>,
+    output: Cow<'a, str>,
+    engine: &'a str,
+    question: &'a str,
+    triangles: u64,
+    skipped: Option<Skipped>,
+    rays: u64,
+    invalid_rays: u64,
+    hit_rays: u64,
+    hits: u64,
+    rays_per_second: f64,
+    load_seconds: f64,
+    build_seconds: f64,
+    trace_seconds: f64,
+    write_seconds: f64,
+    peak_memory_bytes: Option<u64>,
+}
+
+impl Report for QueryReport<'_> {
+    const IS_THE_RESULT: bool = false;
+
+    fn to_text(&self) -> String {
+        let mut table = Table::new(&self.output);
+        let note = format!("{} triangles", units::count(self.triangles));
+        table.row("load", units::seconds(self.load_seconds), note);
+        if let Some(skipped) = self.skipped {
+            table.skipped(skipped);
+        }
+        table.row("build", units::seconds(self.build_seconds), "");
+        let speed = units::metric(self.rays_per_second);
+        let note = format!("{} rays, {speed}rays/s", units::count(self.rays));
+        table.row("trace", units::seconds(self.trace_seconds), note);
+        let (hits, hit_rays) = (units::count(self.hits), units::count(self.hit_rays));
+        let note = match self.question {
+            ALL => format!("{hits} hits on {hit_rays} rays"),
+            _ => format!("{hit_rays} rays hit"),
         };
-        self.session.tell(figures, text, false)
+        table.row("write", units::seconds(self.write_seconds), note);
+        if self.invalid_rays > 0 {
+            let invalid = units::count(self.invalid_rays);
+            table.row("invalid", invalid, "rays that hit nothing by definition");
+        }
+        table.print()
     }
 }
 
@@ -250,7 +267,7 @@ impl Answers {
         match self {
             Answers::Closest(_) => "closest",
             Answers::Any(_) => "any",
-            Answers::All(_) => "all",
+            Answers::All(_) => ALL,
         }
     }
 

@@ -1,20 +1,22 @@
 //! `halfline study`: what a ray costs, as meshes grow.
 
+use std::borrow::Cow;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::{SystemTime, UNIX_EPOCH};
 
 use anstyle::Style;
 use clap::Args;
-use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use halfline::Error;
 use halfline::progress::Stage;
 use halfline_io::models::Kind;
 use halfline_study::{self as study, Budget, Family, Origin, Settings, Study};
-use serde_json::{Value, json};
+use serde::Serialize;
+use serde_json::Value;
 
 use crate::failure::Failure;
-use crate::session::{Figures, Session};
+use crate::report::{self, Report};
+use crate::session::Session;
 use crate::source::MeshSource;
 use crate::{input, output, session, units, values};
 
@@ -43,7 +45,8 @@ pub struct Options {
     /// Families of generated meshes to study instead; see halfline generate --help [default:
     /// scan,soup,layers,sticks]
     #[arg(long, value_name = "KIND,...", value_delimiter = ',', conflicts_with = "mesh")]
-    #[arg(value_parser = kind_parser(), hide_possible_values = true)]
+    #[arg(value_parser = values::named(Kind::ALL, |kind| (kind.name(), kind.description())))]
+    #[arg(hide_possible_values = true)]
     family: Vec<Kind>,
 
     /// Smaller meshes and fewer rays: less than a minute, where all takes a quarter of an hour
@@ -62,12 +65,6 @@ pub struct Options {
     /// The folder for study.csv, study.html and study.svg, which is made if need be
     #[arg(short, long, value_name = "FOLDER", default_value = "study")]
     output: PathBuf,
-}
-
-/// Understands the kinds' names.
-fn kind_parser() -> impl TypedValueParser<Value = Kind> {
-    let values = Kind::ALL.map(|kind| PossibleValue::new(kind.name()));
-    PossibleValuesParser::new(values).try_map(|name| name.parse::<Kind>())
 }
 
 /// Studies, and writes what came of it.
@@ -129,15 +126,38 @@ fn study_and_tell(
     write("study.svg", &study::svg(&study))?;
     write("study.html", &study::html(&study, &origin))?;
 
-    let mut figures = Figures::new();
-    figures.insert("output".into(), json!(folder.to_string_lossy()));
-    figures.insert("quick".into(), json!(options.quick));
-    figures.insert("study_seconds".into(), json!(study_seconds));
-    figures.insert("peak_memory_bytes".into(), json!(session::peak_memory_bytes()));
-    if let Value::Object(found) = study::figures(&study) {
-        figures.extend(found);
+    session.tell(&StudyReport {
+        output: report::name(folder),
+        quick: options.quick,
+        study_seconds,
+        peak_memory_bytes: session::peak_memory_bytes(),
+        figures: study::figures(&study),
+        study: &study,
+        folder,
+    })
+}
+
+/// What a study found, and what it took.
+#[derive(Serialize)]
+struct StudyReport<'a> {
+    output: Cow<'a, str>,
+    quick: bool,
+    study_seconds: f64,
+    peak_memory_bytes: Option<u64>,
+    #[serde(flatten)]
+    figures: Value,
+    #[serde(skip)]
+    study: &'a Study,
+    #[serde(skip)]
+    folder: &'a Path,
+}
+
+impl Report for StudyReport<'_> {
+    const IS_THE_RESULT: bool = true;
+
+    fn to_text(&self) -> String {
+        text(self.study, self.study_seconds, self.folder)
     }
-    session.tell(figures, || text(&study, study_seconds, folder), true)
 }
 
 /// Fails now if there could be no files in the folder after a quarter of an hour; leaves nothing behind.

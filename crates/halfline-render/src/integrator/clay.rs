@@ -12,7 +12,7 @@ use halfline::geometry::{Ray, Vec3, vec3};
 use halfline::mesh::Material;
 use rayon::prelude::*;
 
-use super::{Integrator, Radiance, Sighting, Sightings, dimension};
+use super::{Integrator, PrimaryHit, PrimaryHits, Radiance, dimension};
 use crate::camera::Camera;
 use crate::color::{Color, mix};
 use crate::ground::Paint;
@@ -75,9 +75,9 @@ impl<'a> Clay<'a> {
     }
 
     /// What each surface that is seen must know of its surroundings, and where that is to be asked.
-    fn questions(&self, sightings: Sightings, tracer: &mut Tracer) -> Questions {
+    fn questions(&self, primary_hits: PrimaryHits, tracer: &mut Tracer) -> Questions {
         let mut questions = Questions::default();
-        for Sighting { ray, surface, sampler, .. } in sightings.met() {
+        for PrimaryHit { ray, surface, sampler, .. } in primary_hits.met() {
             let normal = surface.normal_against(ray.direction);
             for part in 0..self.rays {
                 let sample = sampler.square(dimension::OCCLUSION, part, self.rays);
@@ -105,19 +105,19 @@ impl<'a> Clay<'a> {
         albedo: Color,
         sky: impl Iterator<Item = (Vec3, bool)>,
         key_cosine: f64,
-        key_is_hidden: bool,
+        key_is_occluded: bool,
     ) -> [Color; 2] {
         let returned = albedo * RETURNED;
         let mut sums = [Vec3::ZERO; 2];
-        for (direction, hidden) in sky {
+        for (direction, occluded) in sky {
             let open = self.sky(direction);
-            sums[0] += if hidden { open * returned } else { open };
+            sums[0] += if occluded { open * returned } else { open };
             sums[1] += open;
         }
         let mut light = sums.map(|sum| sum / f64::from(self.rays.max(1)));
         if key_cosine > 0.0 {
             light[1] += KEY * key_cosine;
-            if !key_is_hidden {
+            if !key_is_occluded {
                 light[0] += KEY * key_cosine;
             }
         }
@@ -140,7 +140,7 @@ struct Questions {
 #[derive(Default)]
 struct Wave {
     rays: Vec<Ray>,
-    hidden: Vec<bool>,
+    occluded: Vec<bool>,
 }
 
 impl Wave {
@@ -150,33 +150,34 @@ impl Wave {
         self.rays.push(Ray::with_range(origin, direction, 0.0, reach));
         // Into the flat face, which only a smoothed normal lets happen, nothing is open.
         let flat = surface.at.normal;
-        self.hidden.push(direction.dot(flat) * normal.dot(flat) <= 0.0);
+        self.occluded.push(direction.dot(flat) * normal.dot(flat) <= 0.0);
     }
 
     fn cast(&mut self, tracer: &Tracer) -> Result<()> {
-        tracer.hide(&self.rays, &mut self.hidden)
+        tracer.occlude(&self.rays, &mut self.occluded)
     }
 
     /// The direction of each ray, and whether something lies on it.
     fn answers(&self) -> impl Iterator<Item = (Vec3, bool)> {
-        self.rays.iter().map(|ray| ray.direction).zip(self.hidden.iter().copied())
+        self.rays.iter().map(|ray| ray.direction).zip(self.occluded.iter().copied())
     }
 }
 
 impl Integrator for Clay<'_> {
-    fn radiances(&self, sightings: Sightings, tracer: &mut Tracer) -> Result<Vec<Radiance>> {
-        let mut questions = self.questions(sightings, tracer);
+    fn radiances(&self, primary_hits: PrimaryHits, tracer: &mut Tracer) -> Result<Vec<Radiance>> {
+        let mut questions = self.questions(primary_hits, tracer);
         questions.sky.cast(tracer)?;
         questions.key.cast(tracer)?;
 
         let (mut sky, mut key) = (questions.sky.answers(), questions.key.answers());
         let mut key_cosines = questions.key_cosines.iter();
-        Ok(sightings.each(|Sighting { surface, .. }| {
+        Ok(primary_hits.each(|PrimaryHit { surface, .. }| {
             let key_cosine = *key_cosines.next().expect("one for each surface");
-            let key_is_hidden = key_cosine > 0.0 && key.next().is_some_and(|(_, hidden)| hidden);
+            let key_is_occluded =
+                key_cosine > 0.0 && key.next().is_some_and(|(_, occluded)| occluded);
             let mut light = |albedo| {
                 let sky = sky.by_ref().take(self.rays as usize);
-                self.light(albedo, sky, key_cosine, key_is_hidden)
+                self.light(albedo, sky, key_cosine, key_is_occluded)
             };
             match &self.world.ground {
                 Some(ground) if surface.is_ground() => {

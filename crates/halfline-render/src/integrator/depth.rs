@@ -4,7 +4,7 @@ use halfline::error::Result;
 use halfline::geometry::{NO_FACE, Vec3};
 use halfline::mesh::linear_from_srgb;
 
-use super::{Integrator, Radiance, Sighting, Sightings};
+use super::{Integrator, PrimaryHit, PrimaryHits, Radiance};
 use crate::camera::Camera;
 use crate::image::Rendering;
 use crate::tracer::Tracer;
@@ -20,9 +20,9 @@ pub(crate) struct Depth<'a> {
 }
 
 impl Integrator for Depth<'_> {
-    fn radiances(&self, sightings: Sightings, _: &mut Tracer) -> Result<Vec<Radiance>> {
+    fn radiances(&self, primary_hits: PrimaryHits, _: &mut Tracer) -> Result<Vec<Radiance>> {
         // Distances pass as colours until their range is known.
-        Ok(sightings.each(|Sighting { surface, .. }| {
+        Ok(primary_hits.each(|PrimaryHit { surface, .. }| {
             let depth = Vec3::splat(self.camera.depth(surface.at.point));
             Radiance::opaque(depth).faded(self.world.opacity(surface))
         }))

@@ -2,7 +2,7 @@
 
 use halfline::error::Result;
 
-use super::{Integrator, Radiance, Sighting, Sightings};
+use super::{Integrator, PrimaryHit, PrimaryHits, Radiance};
 use crate::color::{decode_srgb, grey};
 use crate::sampling::hash;
 use crate::tracer::Tracer;
@@ -14,8 +14,8 @@ pub(crate) struct FaceColors<'a> {
 }
 
 impl Integrator for FaceColors<'_> {
-    fn radiances(&self, sightings: Sightings, _: &mut Tracer) -> Result<Vec<Radiance>> {
-        Ok(sightings.each(|Sighting { ray, surface, .. }| {
+    fn radiances(&self, primary_hits: PrimaryHits, _: &mut Tracer) -> Result<Vec<Radiance>> {
+        Ok(primary_hits.each(|PrimaryHit { ray, surface, .. }| {
             let color = if surface.is_ground() {
                 grey(0.5)
             } else {

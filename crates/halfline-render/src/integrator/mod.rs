@@ -51,7 +51,7 @@ impl Radiance {
 
 /// Rays from the eye, and what each of them met.
 #[derive(Clone, Copy)]
-pub(crate) struct Sightings<'a> {
+pub(crate) struct PrimaryHits<'a> {
     pub(crate) rays: &'a [Ray],
     pub(crate) surfaces: &'a [Option<Surface>],
     /// The random numbers of each ray.
@@ -60,7 +60,7 @@ pub(crate) struct Sightings<'a> {
 
 /// One of them that met something.
 #[derive(Clone, Copy)]
-pub(crate) struct Sighting<'a> {
+pub(crate) struct PrimaryHit<'a> {
     /// Which of the rays it is.
     pub(crate) number: usize,
     pub(crate) ray: &'a Ray,
@@ -68,12 +68,12 @@ pub(crate) struct Sighting<'a> {
     pub(crate) sampler: &'a Sampler,
 }
 
-impl<'a> Sightings<'a> {
+impl<'a> PrimaryHits<'a> {
     /// Those that met something.
-    pub(crate) fn met(self) -> impl Iterator<Item = Sighting<'a>> {
+    pub(crate) fn met(self) -> impl Iterator<Item = PrimaryHit<'a>> {
         self.surfaces.iter().enumerate().filter_map(move |(number, surface)| {
             let surface = surface.as_ref()?;
-            Some(Sighting {
+            Some(PrimaryHit {
                 number,
                 ray: &self.rays[number],
                 surface,
@@ -83,10 +83,10 @@ impl<'a> Sightings<'a> {
     }
 
     /// Parts of `size` rays each, in their order.
-    pub(crate) fn parts(self, size: usize) -> impl Iterator<Item = Sightings<'a>> {
+    pub(crate) fn parts(self, size: usize) -> impl Iterator<Item = PrimaryHits<'a>> {
         (0..self.rays.len()).step_by(size).map(move |first| {
             let part = first..(first + size).min(self.rays.len());
-            Sightings {
+            PrimaryHits {
                 rays: &self.rays[part.clone()],
                 surfaces: &self.surfaces[part.clone()],
                 samplers: &self.samplers[part],
@@ -95,10 +95,10 @@ impl<'a> Sightings<'a> {
     }
 
     /// The light of all rays, where `shade` gives that of one which met something.
-    pub(crate) fn each(self, mut shade: impl FnMut(Sighting) -> Radiance) -> Vec<Radiance> {
+    pub(crate) fn each(self, mut shade: impl FnMut(PrimaryHit) -> Radiance) -> Vec<Radiance> {
         let mut radiances = vec![Radiance::NONE; self.rays.len()];
-        for sighting in self.met() {
-            radiances[sighting.number] = shade(sighting);
+        for primary_hit in self.met() {
+            radiances[primary_hit.number] = shade(primary_hit);
         }
         radiances
     }
@@ -106,9 +106,9 @@ impl<'a> Sightings<'a> {
 
 /// Turns rays from the eye into light.
 pub(crate) trait Integrator: Sync {
-    /// The light that comes along each of the rays of `sightings`. What else must be cast for it is
+    /// The light that comes along each of the rays of `primary_hits`. What else must be cast for it is
     /// cast in waves: first what the first surfaces ask for, of all rays together, and so on.
-    fn radiances(&self, sightings: Sightings, tracer: &mut Tracer) -> Result<Vec<Radiance>>;
+    fn radiances(&self, primary_hits: PrimaryHits, tracer: &mut Tracer) -> Result<Vec<Radiance>>;
 
     /// True if the steps of the rays from the eye must be counted.
     fn counts_steps(&self) -> bool {

@@ -3,7 +3,7 @@
 use halfline::error::Result;
 use halfline::geometry::Vec3;
 
-use super::{Integrator, Radiance, Sighting, Sightings};
+use super::{Integrator, PrimaryHit, PrimaryHits, Radiance};
 use crate::color::decode_srgb;
 use crate::tracer::Tracer;
 use crate::world::World;
@@ -13,8 +13,8 @@ pub(crate) struct Normals<'a> {
 }
 
 impl Integrator for Normals<'_> {
-    fn radiances(&self, sightings: Sightings, _: &mut Tracer) -> Result<Vec<Radiance>> {
-        Ok(sightings.each(|Sighting { surface, .. }| {
+    fn radiances(&self, primary_hits: PrimaryHits, _: &mut Tracer) -> Result<Vec<Radiance>> {
+        Ok(primary_hits.each(|PrimaryHit { surface, .. }| {
             // -1 to 1 becomes the display's 0 to 255, as in normal maps.
             let encoded = surface.normal * 0.5 + Vec3::splat(0.5);
             Radiance::opaque(decode_srgb(encoded.to_array().map(|v| v as f32)))

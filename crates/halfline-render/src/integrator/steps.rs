@@ -3,7 +3,7 @@
 use halfline::error::Result;
 use halfline::mesh::linear_from_srgb;
 
-use super::{Integrator, Radiance, Sightings};
+use super::{Integrator, PrimaryHits, Radiance};
 use crate::color_bar::{ColorBar, Top};
 use crate::colormap::inferno;
 use crate::image::Rendering;
@@ -16,8 +16,8 @@ const HELD: f64 = 0.99;
 pub(crate) struct Steps;
 
 impl Integrator for Steps {
-    fn radiances(&self, sightings: Sightings, _: &mut Tracer) -> Result<Vec<Radiance>> {
-        Ok(sightings.each(|_| Radiance::NONE))
+    fn radiances(&self, primary_hits: PrimaryHits, _: &mut Tracer) -> Result<Vec<Radiance>> {
+        Ok(primary_hits.each(|_| Radiance::NONE))
     }
 
     fn counts_steps(&self) -> bool {

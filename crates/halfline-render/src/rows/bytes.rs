@@ -8,7 +8,7 @@
 //! | 4, 4 | version of this layout; 1 if steps were counted, else 0 |
 //! | 4, 4 | width and height of the whole picture |
 //! | 4, 4 | the first row, and how many there are |
-//! | 8, 8 | marks of the settings and of the scene |
+//! | 8, 8 | fingerprints of the settings and of the scene |
 //! | 5 x 8 | rays: primary, occlusion, shadow, reflection, refraction |
 //! | 8 | seconds of tracing, as a double |
 //! | 16 a pixel | red, green, blue, alpha, in single precision as all that follows |

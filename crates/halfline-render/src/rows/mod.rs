@@ -27,7 +27,7 @@ pub struct Rows {
     pub(crate) traced: Rendering,
 }
 
-/// What rows were traced of, in two numbers by which rows of different pictures are told apart.
+/// What rows were traced of, as two fingerprints by which rows of different pictures are told apart.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Origin {
     pub(crate) settings: u64,
@@ -62,13 +62,13 @@ impl fmt::Debug for Rows {
 }
 
 /// Tells settings apart, and versions, since another one may draw the same settings otherwise.
-pub(crate) fn settings_mark(settings: &RenderSettings) -> u64 {
+pub(crate) fn settings_fingerprint(settings: &RenderSettings) -> u64 {
     // The text holds every field, and every number so that it reads back as the same bits.
     checksum(format!("{} {settings:?}", env!("CARGO_PKG_VERSION")).as_bytes())
 }
 
 /// Tells scenes apart by their size and place: enough for a wrong file, at no cost.
-pub(crate) fn scene_mark(scene: &Scene, bounds: &Aabb) -> u64 {
+pub(crate) fn scene_fingerprint(scene: &Scene, bounds: &Aabb) -> u64 {
     let mesh = scene.mesh();
     let counts = [mesh.triangle_count() as u64, mesh.positions().len() as u64];
     let corners = [bounds.min, bounds.max].map(|corner| corner.to_array().map(f64::to_bits));

@@ -4,6 +4,8 @@ use std::ops::{Add, AddAssign, Div, Index, IndexMut, Mul, Neg, Sub, SubAssign};
 
 /// Three `f64` coordinates.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(from = "[f64; 3]", into = "[f64; 3]"))]
 pub struct Vec3 {
     /// First coordinate.
     pub x: f64,
@@ -102,6 +104,12 @@ impl Vec3 {
 impl From<[f64; 3]> for Vec3 {
     fn from([x, y, z]: [f64; 3]) -> Vec3 {
         vec3(x, y, z)
+    }
+}
+
+impl From<Vec3> for [f64; 3] {
+    fn from(vector: Vec3) -> [f64; 3] {
+        vector.to_array()
     }
 }
 

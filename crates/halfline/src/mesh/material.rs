@@ -3,6 +3,7 @@
 /// The metallic-roughness model of glTF 2.0, section 3.9.2, with KHR_materials_transmission and
 /// KHR_materials_ior.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Material {
     /// Linear red, green, blue, alpha.
     pub base_color: [f32; 4],

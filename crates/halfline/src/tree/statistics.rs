@@ -4,6 +4,7 @@ use super::{Bounds, NodeRef, Tree};
 
 /// What `halfline info` tells about a tree.
 #[derive(Clone, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub struct TreeStatistics {
     /// Levels of nodes and leaves below the root.
     pub depth: usize,

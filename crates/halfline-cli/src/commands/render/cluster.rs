@@ -46,18 +46,17 @@ pub fn trace(
             saved.path()
         }
     };
-    let words = &options.picture.words;
-    session.timed(Stage::Trace, |observer| trace_rows(cluster, tree, words, settings, observer))
+    session.timed(Stage::Trace, |observer| trace_rows(cluster, tree, settings, observer))
 }
 
 fn trace_rows(
     cluster: &dyn Cluster,
     tree: &Path,
-    words: &[String],
     settings: &RenderSettings,
     observer: &dyn Observer,
 ) -> Result<Rendering> {
-    let parts = cluster.trace(tree, words, observer)?;
+    let json = serde_json::to_string(settings).expect("settings are plain data");
+    let parts = cluster.trace(tree, &json, observer)?;
     let rows: Result<Vec<Rows>> = parts.iter().map(|bytes| Rows::from_bytes(bytes)).collect();
     assemble(settings, rows?)
 }

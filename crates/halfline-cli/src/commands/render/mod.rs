@@ -3,32 +3,32 @@
 mod cluster;
 mod options;
 mod picture_options;
-mod words;
 
+use std::borrow::Cow;
 use std::io::BufWriter;
 use std::path::Path;
 
 use halfline::progress::Stage;
-use halfline_render::{RenderStatistics, Rendering};
-use serde_json::json;
+use halfline_render::{RayCounts, Rendering};
+use serde::Serialize;
 
 pub use options::Options;
-pub use picture_options::PictureOptions;
 
 use crate::failure::Failure;
 use crate::host::Host;
-use crate::session::{Figures, Session};
+use crate::report::{Report, Skipped};
+use crate::session::Session;
 use crate::source::Source;
 use crate::table::Table;
-use crate::{left_out, output, session, units};
+use crate::{left_out, output, report, session, units};
 
 /// Draws the picture.
 pub fn run(options: &Options, session: Session, host: Option<&dyn Host>) -> Result<(), Failure> {
+    output::check(&options.output, &[&options.mesh])?;
     if is_exr(&options.output) && !cfg!(feature = "exr") {
         return Err(left_out::lacking("--output as .exr").into());
     }
-    output::check(&options.output, &[&options.mesh])?;
-    let settings = options.picture.options.settings().map_err(Failure::Usage)?;
+    let settings = options.picture.settings().map_err(Failure::Usage)?;
     let cluster = cluster::connect(options, host)?;
     let source = Source::open(&options.mesh, &options.tree, &session)?;
     let scene = &source.scene;
@@ -40,65 +40,82 @@ pub fn run(options: &Options, session: Session, host: Option<&dyn Host>) -> Resu
     };
     let write_seconds = write(&options.output, &rendering, &session)?;
 
-    let (zero_area, non_finite) = (scene.tree().skipped_zero_area, scene.tree().skipped_non_finite);
-    let rays = rendering.statistics.rays;
-    // On a cluster the seconds of the parts add up to more than passed.
-    let statistics = RenderStatistics { trace_seconds, ..rendering.statistics };
-    let rays_per_second = statistics.rays_per_second();
-    let peak_memory = session::peak_memory_bytes();
-    let mut figures = Figures::new();
-    let mut tell = |name: &str, value| figures.insert(name.into(), value);
-    tell("mesh", json!(options.mesh.to_string_lossy()));
-    tell("output", json!(options.output.to_string_lossy()));
-    tell("triangles", json!(triangles));
-    tell("skipped", json!(zero_area + non_finite));
-    tell("width", json!(settings.width));
-    tell("height", json!(settings.height));
-    tell("shading", json!(settings.shading.name()));
-    tell("samples", json!(settings.samples));
-    tell("seed", json!(settings.seed));
-    tell("preset", json!(source.preset));
-    tell("cluster", json!(options.cluster));
-    tell("coverage", json!(rendering.coverage()));
-    tell("rays", json!(rays.total()));
-    tell(
-        "rays_by_kind",
-        json!({
-            "primary": rays.primary,
-            "occlusion": rays.occlusion,
-            "shadow": rays.shadow,
-            "reflection": rays.reflection,
-            "refraction": rays.refraction,
-        }),
-    );
-    tell("rays_per_second", json!(rays_per_second));
-    tell("load_seconds", json!(source.load_seconds));
-    tell("build_seconds", json!(source.build_seconds));
-    tell("trace_seconds", json!(trace_seconds));
-    tell("write_seconds", json!(write_seconds));
-    tell("peak_memory_bytes", json!(peak_memory));
+    session.tell(&RenderReport {
+        mesh: report::name(&options.mesh),
+        output: report::name(&options.output),
+        triangles,
+        skipped: Skipped::of(scene),
+        width: settings.width,
+        height: settings.height,
+        shading: settings.shading.name(),
+        samples: settings.samples,
+        seed: settings.seed,
+        preset: source.preset,
+        cluster: options.cluster.as_deref(),
+        coverage: rendering.coverage(),
+        rays: rendering.statistics.rays.total(),
+        rays_by_kind: rendering.statistics.rays,
+        // On a cluster the seconds of the parts add up to more than passed.
+        rays_per_second: report::per_second(rendering.statistics.rays.total(), trace_seconds),
+        load_seconds: source.load_seconds,
+        build_seconds: source.build_seconds,
+        trace_seconds,
+        write_seconds,
+        peak_memory_bytes: session::peak_memory_bytes(),
+        source: &source,
+    })
+}
 
-    let text = || {
-        let mut table = Table::new(options.output.display());
-        let note = match triangles {
+/// What a picture is of, and what it cost.
+#[derive(Serialize)]
+struct RenderReport<'a> {
+    mesh: Cow<'a, str>,
+    output: Cow<'a, str>,
+    triangles: u64,
+    skipped: Skipped,
+    width: u32,
+    height: u32,
+    shading: &'a str,
+    samples: u32,
+    seed: u64,
+    preset: &'a str,
+    cluster: Option<&'a str>,
+    coverage: f64,
+    rays: u64,
+    rays_by_kind: RayCounts,
+    rays_per_second: f64,
+    load_seconds: f64,
+    build_seconds: f64,
+    trace_seconds: f64,
+    write_seconds: f64,
+    peak_memory_bytes: Option<u64>,
+    #[serde(skip)]
+    source: &'a Source,
+}
+
+impl Report for RenderReport<'_> {
+    const IS_THE_RESULT: bool = false;
+
+    fn to_text(&self) -> String {
+        let mut table = Table::new(&self.output);
+        let note = match self.triangles {
             0 => "no triangles: there is nothing to see".to_owned(),
-            _ => format!("{} triangles", units::count(triangles)),
+            triangles => format!("{} triangles", units::count(triangles)),
         };
-        table.row("load", units::seconds(source.load_seconds), note);
-        table.skipped(zero_area, non_finite);
-        source.build_row(&mut table, "");
+        table.row("load", units::seconds(self.load_seconds), note);
+        table.skipped(self.skipped);
+        self.source.build_row(&mut table, "");
         let note = format!(
             "{}rays, {}rays/s{}",
-            units::metric(rays.total() as f64),
-            units::metric(rays_per_second),
-            options.cluster.iter().map(|address| format!(" on {address}")).collect::<String>()
+            units::metric(self.rays as f64),
+            units::metric(self.rays_per_second),
+            self.cluster.map(|address| format!(" on {address}")).unwrap_or_default()
         );
-        table.row("trace", units::seconds(trace_seconds), note);
-        let note = format!("{} x {} pixels", settings.width, settings.height);
-        table.row("write", units::seconds(write_seconds), note);
+        table.row("trace", units::seconds(self.trace_seconds), note);
+        let note = format!("{} x {} pixels", self.width, self.height);
+        table.row("write", units::seconds(self.write_seconds), note);
         table.print()
-    };
-    session.tell(figures, text, false)
+    }
 }
 
 fn is_exr(path: &Path) -> bool {

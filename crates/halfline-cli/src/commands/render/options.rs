@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 
-use super::words::SpokenPicture;
+use super::picture_options::PictureOptions;
 use crate::output;
 use crate::tree_options::TreeOptions;
 
@@ -35,7 +35,7 @@ pub struct Options {
 
     /// What the picture is like.
     #[command(flatten)]
-    pub picture: SpokenPicture,
+    pub picture: PictureOptions,
 
     /// How the tree is built. The last heading of the picture's options is not its own.
     #[command(flatten, next_help_heading = None::<&str>)]

@@ -1,9 +1,10 @@
 //! What may be said about a picture, and the settings that it means.
 
-use clap::{Args, ValueEnum};
+use clap::Args;
 use halfline::mesh::{Material, linear_from_srgb};
 use halfline_render::{
     Background, Ground, GroundSurface, Light, MAX_DEPTH, MAX_SAMPLES, RenderSettings, Shading,
+    StockMaterial, text,
 };
 
 use crate::camera_options::CameraOptions;
@@ -17,8 +18,9 @@ pub struct PictureOptions {
     resolution: (u32, u32),
 
     /// How surfaces are turned into colours
-    #[arg(long, value_enum, default_value_t = ShadingName::Clay)]
-    shading: ShadingName,
+    #[arg(long, default_value = "clay")]
+    #[arg(value_parser = values::named(Shading::ALL, |s| (s.name(), s.description())))]
+    shading: Shading,
 
     /// Rays from the eye through each pixel
     #[arg(long, value_name = "N", default_value_t = 16)]
@@ -46,7 +48,7 @@ pub struct PictureOptions {
 #[command(next_help_heading = "Surroundings")]
 struct SurroundingsOptions {
     /// One colour behind the model, as R,G,B in 0..1 or #RRGGBB
-    #[arg(long, value_name = "COLOR", value_parser = values::color)]
+    #[arg(long, value_name = "COLOR", value_parser = text::color)]
     background_color: Option<[f32; 3]>,
 
     /// Nothing behind the model: a transparent picture
@@ -55,11 +57,11 @@ struct SurroundingsOptions {
 
     /// A plane under the model: shadow (default), checker, or a colour
     #[arg(long, value_name = "LOOK", num_args = 0..=1, require_equals = true)]
-    #[arg(default_missing_value = "shadow", value_parser = ground_surface)]
+    #[arg(default_missing_value = "shadow", value_parser = text::ground_surface)]
     ground: Option<GroundSurface>,
 
     /// Where the plane lies along the up axis [default: touching the model]
-    #[arg(long, value_name = "H", allow_hyphen_values = true, value_parser = values::finite)]
+    #[arg(long, value_name = "H", allow_hyphen_values = true, value_parser = text::finite)]
     #[arg(requires = "ground")]
     ground_height: Option<f64>,
 
@@ -73,11 +75,12 @@ struct SurroundingsOptions {
 #[command(next_help_heading = "Material (instead of the file's)")]
 struct MaterialOptions {
     /// A material to start from
-    #[arg(long, value_enum, value_name = "NAME")]
-    material: Option<MaterialName>,
+    #[arg(long, value_name = "NAME")]
+    #[arg(value_parser = values::named(StockMaterial::ALL, |m| (m.name(), m.description())))]
+    material: Option<StockMaterial>,
 
     /// Base colour, as R,G,B in 0..1 or #RRGGBB
-    #[arg(long, value_name = "COLOR", value_parser = values::color)]
+    #[arg(long, value_name = "COLOR", value_parser = text::color)]
     color: Option<[f32; 3]>,
 
     /// 0 for a dielectric, 1 for a metal
@@ -100,7 +103,7 @@ struct MaterialOptions {
 #[derive(Debug, Args)]
 #[command(next_help_heading = "Light")]
 struct LightOptions {
-    #[arg(long, value_name = "LIGHT", value_parser = values::light, help = values::LIGHT_GRAMMAR)]
+    #[arg(long, value_name = "LIGHT", value_parser = text::light, help = values::LIGHT_GRAMMAR)]
     light: Vec<Light>,
 
     /// How often light may be mirrored or refracted (whitted)
@@ -117,81 +120,6 @@ struct LightOptions {
     #[arg(long, value_name = "SHARE", default_value = "0.5")]
     #[arg(value_parser = values::within(0.0, f64::INFINITY, false))]
     occlusion_reach: f64,
-}
-
-#[derive(Clone, Copy, Debug, ValueEnum)]
-enum ShadingName {
-    /// Plaster under a soft sky with one soft key light
-    Clay,
-    /// Lights, shadows, mirrors and glass
-    Whitted,
-    /// The direction of the surface as a colour
-    Normal,
-    /// The distance from the camera: near is bright
-    Depth,
-    /// A random colour for each face
-    Face,
-    /// A heat map of the tree nodes and triangles visited
-    Steps,
-}
-
-impl From<ShadingName> for Shading {
-    fn from(name: ShadingName) -> Shading {
-        match name {
-            ShadingName::Clay => Shading::Clay,
-            ShadingName::Whitted => Shading::Whitted,
-            ShadingName::Normal => Shading::Normal,
-            ShadingName::Depth => Shading::Depth,
-            ShadingName::Face => Shading::Face,
-            ShadingName::Steps => Shading::Steps,
-        }
-    }
-}
-
-#[derive(Clone, Copy, Debug, ValueEnum)]
-enum MaterialName {
-    /// Rough and light grey
-    Plaster,
-    /// Smooth and light grey
-    Plastic,
-    /// Brushed metal
-    Metal,
-    /// A perfect mirror
-    Mirror,
-    /// Clear glass
-    Glass,
-}
-
-impl From<MaterialName> for Material {
-    fn from(name: MaterialName) -> Material {
-        let plain = Material::default();
-        let metal = |base_color, roughness| Material {
-            base_color,
-            metallic: 1.0,
-            roughness,
-            ..Material::default()
-        };
-        match name {
-            MaterialName::Plaster => plain,
-            MaterialName::Plastic => Material { roughness: 0.0, ..plain },
-            MaterialName::Metal => metal([0.6, 0.6, 0.62, 1.0], 0.4),
-            MaterialName::Mirror => metal([0.95, 0.95, 0.95, 1.0], 0.0),
-            MaterialName::Glass => {
-                let base_color = [1.0; 4];
-                Material { base_color, roughness: 0.0, transmission: 1.0, ..plain }
-            }
-        }
-    }
-}
-
-fn ground_surface(text: &str) -> Result<GroundSurface, String> {
-    match text {
-        "shadow" => Ok(GroundSurface::Shadow),
-        "checker" => Ok(GroundSurface::Checker([0.82; 3], [0.45; 3])),
-        color => values::color(color)
-            .map(GroundSurface::Matte)
-            .map_err(|_| "expected shadow, checker, R,G,B in 0..1 or #RRGGBB".into()),
-    }
 }
 
 impl MaterialOptions {
@@ -226,29 +154,103 @@ impl PictureOptions {
     pub fn settings(&self) -> Result<RenderSettings, String> {
         let camera = self.camera.settings()?;
         let surroundings = &self.surroundings;
-        Ok(RenderSettings {
-            width: self.resolution.0,
-            height: self.resolution.1,
-            samples: self.samples,
-            seed: self.seed,
-            camera,
-            shading: self.shading.into(),
-            material: self.material.material(),
-            smooth_angle: self.material.smooth_angle,
-            ground: surroundings.ground.map(|surface| Ground {
-                height: surroundings.ground_height,
-                surface,
-                reflectivity: surroundings.ground_reflectivity.unwrap_or(0.0) as f32,
-            }),
-            background: match surroundings.background_color {
+        let ground = surroundings.ground.map(|surface| {
+            let plane = Ground::new(surface)
+                .mirroring(surroundings.ground_reflectivity.unwrap_or(0.0) as f32);
+            surroundings.ground_height.map_or(plane, |height| plane.at_height(height))
+        });
+        Ok(RenderSettings::new(self.resolution.0, self.resolution.1).with(|settings| {
+            settings.samples = self.samples;
+            settings.seed = self.seed;
+            settings.camera = camera;
+            settings.shading = self.shading;
+            settings.material = self.material.material();
+            settings.smooth_angle = self.material.smooth_angle;
+            settings.ground = ground;
+            settings.background = match surroundings.background_color {
                 _ if surroundings.no_background => Background::Transparent,
                 Some(color) => Background::Color(color),
                 None => Background::Studio,
-            },
-            lights: self.light.light.clone(),
-            max_depth: self.light.max_depth,
-            occlusion_reach: self.light.occlusion_reach,
-            occlusion_rays: self.light.occlusion_rays,
-        })
+            };
+            settings.lights.clone_from(&self.light.light);
+            settings.max_depth = self.light.max_depth;
+            settings.occlusion_reach = self.light.occlusion_reach;
+            settings.occlusion_rays = self.light.occlusion_rays;
+        }))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use clap::Parser;
+    use halfline::geometry::vec3;
+    use halfline_render::Up;
+
+    use super::*;
+
+    #[derive(Debug, Parser)]
+    #[command(no_binary_name = true)]
+    struct Picture {
+        #[command(flatten)]
+        options: PictureOptions,
+    }
+
+    fn settings(line: &str) -> Result<RenderSettings, String> {
+        let picture = Picture::try_parse_from(line.split_whitespace());
+        let settings = picture.map_err(|error| error.to_string())?.options.settings()?;
+        settings.check().map_err(|error| error.to_string())?;
+        Ok(settings)
+    }
+
+    #[test]
+    fn no_options_are_the_default_settings() {
+        assert_eq!(settings(""), Ok(RenderSettings::default()));
+    }
+
+    #[test]
+    fn options_reach_the_settings() {
+        let line = "--resolution 64,48 --shading whitted --samples 9 --seed 7 --up -Z \
+                    --camera-position 1,2,-3 --background-color #ffffff --ground=checker \
+                    --ground-height -1 --material glass --base-ior 1.4 --smooth-angle 30 \
+                    --light directional:direction=0,0,-1 --light directional:direction=0,-1,0 \
+                    --max-depth 3";
+        let settings = settings(line).unwrap();
+        assert_eq!((settings.width, settings.height), (64, 48));
+        assert_eq!(settings.shading, Shading::Whitted);
+        assert_eq!((settings.samples, settings.seed, settings.max_depth), (9, 7, 3));
+        assert_eq!(settings.camera.up, Up::MinusZ);
+        assert_eq!(settings.camera.position, Some(vec3(1.0, 2.0, -3.0)));
+        assert_eq!(settings.background, Background::Color([1.0; 3]));
+        let ground = settings.ground.unwrap();
+        assert!(matches!(ground.surface, GroundSurface::Checker(..)));
+        assert_eq!(ground.height, Some(-1.0));
+        let material = settings.material.unwrap();
+        assert_eq!((material.transmission, material.ior), (1.0, 1.4));
+        assert_eq!(settings.smooth_angle, Some(30.0));
+        assert_eq!(settings.lights.len(), 2);
+    }
+
+    #[test]
+    fn wrong_options_are_named() {
+        for (line, option, reason) in [
+            ("--samples 0", "--samples", "0 is not in 1..="),
+            ("--samples many", "--samples", "invalid digit"),
+            ("--samples", "--samples", "a value is required"),
+            ("--samples 1 --samples 2", "--samples", "cannot be used multiple times"),
+            ("--shading phong", "--shading", "[possible values: clay, whitted"),
+            ("--material wood", "--material", "[possible values: plaster, plastic"),
+            ("--resolution 0,5", "--resolution", "expected WIDTH,HEIGHT"),
+            ("--resolution 100000,100000", "--resolution", "more than"),
+            ("--camera-view-up 0,0,0", "--camera-view-up", "cannot be zero"),
+            ("--camera-view-angle 180", "--camera-view-angle", "between 0 and 180"),
+            ("--no-background --background-color 0,0,0", "--no-background", "--background-color"),
+            ("--camera-position 1,2,3 --camera-azimuth-angle 4", "-position", "-azimuth-angle"),
+            ("--camera-position 1,2,3 --camera-focal-point 1,2,3", "-position", "the same point"),
+            ("--ground-height 1", "--ground", "required"),
+            ("--light lamp", "--light", "none of point, directional, area"),
+        ] {
+            let said = settings(line).unwrap_err();
+            assert!(said.contains(option) && said.contains(reason), "{line}: {said}");
+        }
     }
 }

@@ -1,27 +1,27 @@
 //! Lights, shadows, mirrors and glass.
 //!
 //! T. Whitted, "An Improved Illumination Model for Shaded Display", CACM 23(6), 1980: at each
-//! surface the light of all lamps that it sees, plus one ray in the mirror direction and one
+//! surface the light of all lights that it sees, plus one ray in the mirror direction and one
 //! refracted, and so on. Different from the paper: mirrored and refracted shares follow
-//! Fresnel's equations, highlights are normalised (Blinn 1977), lamps may have an area (Cook,
-//! Porter, Carpenter 1984), rays to lamps pass straight through glass and lose what it takes,
+//! Fresnel's equations, highlights are normalised (Blinn 1977), lights may have an area (Cook,
+//! Porter, Carpenter 1984), rays to lights pass straight through glass and lose what it takes,
 //! and a branch ends when what it could add would not be seen.
 //!
 //! Nor is a tree of rays followed branch by branch. The trees of many samples grow together, depth
-//! by depth, each depth one wave of rays. No ray to a lamp changes how they grow, so those wait
-//! until all have grown: then one wave for each lamp, and where there is glass, one for each surface
+//! by depth, each depth one wave of rays. No ray to a light changes how they grow, so those wait
+//! until all have grown: then one wave for each light, and where there is glass, one for each surface
 //! that light passes on its way.
 
-mod lamps;
-mod shares;
+mod direct_light;
 mod tree;
+mod weights;
 
 use halfline::error::Result;
 use halfline::geometry::Vec3;
 
-use self::shares::Shares;
 use self::tree::{Node, Source};
-use super::{Integrator, Radiance, Sightings};
+use self::weights::Weights;
+use super::{Integrator, PrimaryHits, Radiance};
 use crate::color::Color;
 use crate::ground::{GroundPlane, Paint};
 use crate::settings::{Background, Light};
@@ -47,9 +47,9 @@ pub(crate) struct Whitted<'a> {
 }
 
 impl Integrator for Whitted<'_> {
-    fn radiances(&self, sightings: Sightings, tracer: &mut Tracer) -> Result<Vec<Radiance>> {
-        let mut radiances = Vec::with_capacity(sightings.rays.len());
-        for part in sightings.parts(ROOTS) {
+    fn radiances(&self, primary_hits: PrimaryHits, tracer: &mut Tracer) -> Result<Vec<Radiance>> {
+        let mut radiances = Vec::with_capacity(primary_hits.rays.len());
+        for part in primary_hits.parts(ROOTS) {
             radiances.extend(self.of_trees(part, tracer)?);
         }
         Ok(radiances)
@@ -58,16 +58,16 @@ impl Integrator for Whitted<'_> {
 
 impl Whitted<'_> {
     /// The light of rays whose trees grow together.
-    fn of_trees(&self, sightings: Sightings, tracer: &mut Tracer) -> Result<Vec<Radiance>> {
-        let mut nodes = self.grow_trees(sightings, tracer)?;
-        self.switch_lamps_on(&mut nodes, sightings.samplers, tracer)?;
+    fn of_trees(&self, primary_hits: PrimaryHits, tracer: &mut Tracer) -> Result<Vec<Radiance>> {
+        let mut nodes = self.grow_trees(primary_hits, tracer)?;
+        self.add_lights(&mut nodes, primary_hits.samplers, tracer)?;
 
         // Children come after their parents: from the last to the first, what a node needs is known.
         for i in (0..nodes.len()).rev() {
             nodes[i].radiance = self.shade(&nodes[i], &nodes);
         }
         let mut roots = nodes.iter();
-        Ok(sightings.each(|_| roots.next().expect("one for each sighting").radiance))
+        Ok(primary_hits.each(|_| roots.next().expect("one for each primary_hit").radiance))
     }
 
     fn surroundings(&self, direction: Vec3) -> Color {
@@ -80,24 +80,24 @@ impl Whitted<'_> {
 
     /// The light that leaves a node towards where its ray came from.
     fn shade(&self, node: &Node, nodes: &[Node]) -> Radiance {
-        match (&node.shares, &self.world.ground) {
-            (Some(shares), _) => Radiance::opaque(self.shade_model(node, shares, nodes)),
+        match (&node.weights, &self.world.ground) {
+            (Some(weights), _) => Radiance::opaque(self.shade_model(node, weights, nodes)),
             (None, Some(ground)) => self.shade_ground(ground, node, nodes),
             (None, None) => unreachable!("what is not the model is the ground"),
         }
     }
 
-    fn shade_model(&self, node: &Node, shares: &Shares, nodes: &[Node]) -> Color {
+    fn shade_model(&self, node: &Node, weights: &Weights, nodes: &[Node]) -> Color {
         let mut light = Vec3::ZERO;
-        if shares.is_lit() {
-            light += node.lamps[0] + shares.diffuse() * self.ambient(node.normal);
+        if weights.is_lit() {
+            light += node.direct[0] + weights.diffuse() * self.ambient(node.normal);
         }
         let [mirrored, passed] = &node.sources;
         if let Some(arriving) = self.arriving(mirrored, nodes) {
-            light += shares.mirrored * arriving;
+            light += weights.mirrored * arriving;
         }
         if let Some(arriving) = self.arriving(passed, nodes) {
-            light += shares.passed * arriving;
+            light += weights.passed * arriving;
         }
         light
     }
@@ -105,7 +105,7 @@ impl Whitted<'_> {
     fn shade_ground(&self, ground: &GroundPlane, node: &Node, nodes: &[Node]) -> Radiance {
         let color = ground.color(node.surface.at.point);
         let ambient = color * self.ambient(node.normal);
-        let [light, full] = node.lamps.map(|lamps| lamps + ambient);
+        let [light, full] = node.direct.map(|direct| direct + ambient);
         let matte = match ground.paint {
             Paint::Shadow => {
                 let kept = if full.y > 0.0 { light.y / full.y } else { 1.0 };

@@ -3,8 +3,8 @@
 use halfline::error::Result;
 use halfline::geometry::{Ray, Vec3};
 
-use super::super::{Radiance, Sightings, dimension};
-use super::shares::Shares;
+use super::super::{PrimaryHits, Radiance, dimension};
+use super::weights::Weights;
 use super::{SMALLEST_WEIGHT, Whitted};
 use crate::color::{Color, grey};
 use crate::lights::first_visible;
@@ -23,13 +23,13 @@ pub(super) struct Node {
     /// The normal to shade with, towards where the ray came from.
     pub(super) normal: Vec3,
     /// Of a point on the model; `None` on the ground.
-    pub(super) shares: Option<Shares>,
+    pub(super) weights: Option<Weights>,
     /// Where mirrored and refracted light comes from.
     pub(super) sources: [Source; 2],
-    /// The first of the random numbers for the lamps.
+    /// The first of the random numbers for the lights.
     pub(super) first_dimension: u32,
-    /// The light of all lamps that it sends back, and what it would send back without shadows.
-    pub(super) lamps: [Color; 2],
+    /// What it sends back of what comes straight from lights, and what it would send back without shadows.
+    pub(super) direct: [Color; 2],
     /// Once it is known.
     pub(super) radiance: Radiance,
 }
@@ -46,7 +46,7 @@ pub(super) struct Branch {
 pub(super) enum Source {
     /// From where nobody looked, since it would not be seen.
     NotFollowed,
-    /// From a lamp or the surroundings.
+    /// From a light or the surroundings.
     Light(Color),
     /// From this node.
     Node(usize),
@@ -61,24 +61,24 @@ struct Wave {
 }
 
 impl Node {
-    /// True if the light of lamps shows on it.
+    /// True if what comes straight from lights shows on it.
     pub(super) fn is_lit(&self) -> bool {
-        self.shares.as_ref().is_none_or(Shares::is_lit)
+        self.weights.as_ref().is_none_or(Weights::is_lit)
     }
 }
 
 impl Whitted<'_> {
-    /// The trees of all sightings. Their roots come first, one for each, then depth after depth.
+    /// The trees of all primary_hits. Their roots come first, one for each, then depth after depth.
     pub(super) fn grow_trees(
         &self,
-        sightings: Sightings,
+        primary_hits: PrimaryHits,
         tracer: &mut Tracer,
     ) -> Result<Vec<Node>> {
         let root = Branch { depth: 0, weight: 1.0 };
-        let mut nodes: Vec<Node> = sightings
+        let mut nodes: Vec<Node> = primary_hits
             .met()
-            .map(|sighting| {
-                self.node(sighting.number, root, sighting.ray.direction, *sighting.surface)
+            .map(|primary_hit| {
+                self.node(primary_hit.number, root, primary_hit.ray.direction, *primary_hit.surface)
             })
             .collect();
         let roots = nodes.len();
@@ -117,12 +117,12 @@ impl Whitted<'_> {
     }
 
     fn node(&self, sample: usize, branch: Branch, incoming: Vec3, surface: Surface) -> Node {
-        let (normal, shares) = if surface.is_ground() {
+        let (normal, weights) = if surface.is_ground() {
             (surface.normal, None)
         } else {
             let normal = surface.normal_against(incoming);
             let material = self.world.material(&surface);
-            (normal, Some(Shares::new(material, &surface, normal, incoming)))
+            (normal, Some(Weights::new(material, &surface, normal, incoming)))
         };
         Node {
             sample,
@@ -130,10 +130,10 @@ impl Whitted<'_> {
             incoming,
             surface,
             normal,
-            shares,
+            weights,
             sources: [Source::NotFollowed, Source::NotFollowed],
             first_dimension: 0,
-            lamps: [Vec3::ZERO; 2],
+            direct: [Vec3::ZERO; 2],
             radiance: Radiance::NONE,
         }
     }
@@ -141,21 +141,21 @@ impl Whitted<'_> {
     /// Sends on the mirrored and the refracted ray of node `i`, where they are worth it.
     fn branch_out(&self, i: usize, node: &mut Node, wave: &mut Wave, tracer: &mut Tracer) {
         let counts = &mut tracer.counts;
-        let mirrored = match &node.shares {
-            Some(shares) => shares.mirrored,
+        let mirrored = match &node.weights {
+            Some(weights) => weights.mirrored,
             None => grey(self.world.ground.as_ref().map_or(0.0, |ground| ground.reflectivity)),
         };
         if let Some(branch) = grow(node.branch, mirrored) {
             counts.reflection += 1;
             let mut direction = reflect(node.incoming, node.normal);
-            if node.shares.is_some() {
+            if node.weights.is_some() {
                 direction = outside(direction, &node.surface, node.normal);
             }
             self.follow(i, node, 0, direction, branch, wave);
         }
-        if let Some(shares) = &node.shares
-            && let Some(direction) = shares.refracted
-            && let Some(branch) = grow(node.branch, shares.passed)
+        if let Some(weights) = &node.weights
+            && let Some(direction) = weights.refracted
+            && let Some(branch) = grow(node.branch, weights.passed)
         {
             counts.refraction += 1;
             self.follow(i, node, 1, direction, branch, wave);

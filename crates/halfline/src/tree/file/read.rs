@@ -11,10 +11,10 @@ use super::TreeFile;
 use super::checksums::{CHUNK, Verify, damage, header_checksum};
 use super::header::{BYTE_ORDER, Flag, Header, MAGIC, PAGE, Section, VERSION};
 use crate::error::{Error, Result};
-use crate::storage::{Buffer, MappedFile, open_regular};
 use crate::mesh::{Material, Mesh, Positions};
 use crate::numeric::Frame;
 use crate::progress::Observer;
+use crate::storage::{Buffer, MappedFile, open_regular};
 use crate::tree::{BuildParameters, CollinearFaces, LeafBlocks, MAX_STACK_SIZE, NodeRef, Tree};
 
 /// What a tree file holds.

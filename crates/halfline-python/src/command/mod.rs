@@ -1,11 +1,13 @@
-//! The `halfline` command, which comes with the wheel.
+//! The `halfline` command, which comes with the wheel; nothing else here knows it.
+
+mod cluster;
 
 use std::ffi::OsString;
 
 use halfline_cli::Host;
 use pyo3::prelude::*;
 
-use crate::cluster::PythonHost;
+use self::cluster::PythonHost;
 
 /// Runs the command with these arguments, the program's name first, and returns its exit code.
 /// `connect` is called with the address of a cluster, if one is asked for.

@@ -11,11 +11,11 @@ use crate::world::Surface;
 
 /// What becomes of the light at a surface of the model: mirrored by metal or at a boundary, through
 /// the boundary, scattered.
-pub(super) struct Shares {
+pub(super) struct Weights {
     material: Material,
     /// Mirrored sharply.
     pub(super) mirrored: Color,
-    /// Mirrored so that only highlights of lamps show.
+    /// Mirrored so that only highlights of lights show.
     blurred: Color,
     /// Through the boundary.
     pub(super) passed: Color,
@@ -24,14 +24,14 @@ pub(super) struct Shares {
     scattered: Color,
 }
 
-impl Shares {
+impl Weights {
     /// Of light along `incoming` at `surface`, whose normal towards it is `normal`.
     pub(super) fn new(
         material: Material,
         surface: &Surface,
         normal: Vec3,
         incoming: Vec3,
-    ) -> Shares {
+    ) -> Weights {
         let base = base_color(&material);
         let cosine = (-incoming.dot(normal)).clamp(0.0, 1.0);
         let metallic = f64::from(material.metallic);
@@ -43,7 +43,7 @@ impl Shares {
         let polish = polish(&material).max(clear);
         let fresnel = metal_reflectance(base, cosine) * metallic
             + grey((1.0 - metallic) * crossing.reflectance);
-        Shares {
+        Weights {
             material,
             mirrored: fresnel * polish,
             blurred: fresnel * (1.0 - polish),
@@ -58,7 +58,7 @@ impl Shares {
         self.scattered + self.blurred
     }
 
-    /// True if the light of lamps shows.
+    /// True if what comes straight from lights shows.
     pub(super) fn is_lit(&self) -> bool {
         self.diffuse().max_element() > 0.0
     }
@@ -81,12 +81,12 @@ pub(super) fn clear_share(material: &Material) -> f64 {
 }
 
 /// Share of the mirrored light that stays sharp: a single ray cannot show a blurred mirror, so
-/// with roughness the mirror image fades into the highlights of the lamps.
+/// with roughness the mirror image fades into the highlights of the lights.
 fn polish(material: &Material) -> f64 {
     (1.0 - f64::from(material.roughness)).powi(4)
 }
 
-/// The highlight for a cosine between the normal and the direction halfway between lamp and eye:
+/// The highlight for a cosine between the normal and the direction halfway between light and eye:
 /// Blinn 1977, with the exponent that fits a roughness (Walter et al. 2007, section 5.2), and
 /// normalised after Hoffman, "Physically-Based Shading Models in Film and Game Production", 2010.
 fn highlight(material: &Material, cosine: f64) -> f64 {

@@ -1,12 +1,12 @@
-//! The light of lamps, less what lies on its way.
+//! The light that comes straight from lights, less what lies on its way.
 
 use std::f64::consts::PI;
 
 use halfline::error::Result;
 use halfline::geometry::{Ray, Vec3};
 
-use super::shares::{base_color, clear_share};
 use super::tree::Node;
+use super::weights::{base_color, clear_share};
 use super::{SMALLEST_WEIGHT, Whitted};
 use crate::color::{Color, grey};
 use crate::lights::{illuminate, is_soft};
@@ -15,50 +15,50 @@ use crate::sampling::Sampler;
 use crate::tracer::Tracer;
 use crate::world::Surface;
 
-/// Rays to a lamp that casts soft shadows, from what the eye sees directly.
+/// Rays to a light that casts soft shadows, from what the eye sees directly.
 const SOFT_SHADOW_RAYS: u32 = 2;
 
 impl Whitted<'_> {
-    /// Adds the light of all lamps to each node, one lamp after the other.
-    pub(super) fn switch_lamps_on(
+    /// Adds what comes straight from all lights to each node, one light after the other.
+    pub(super) fn add_lights(
         &self,
         nodes: &mut [Node],
         samplers: &[Sampler],
         tracer: &mut Tracer,
     ) -> Result<()> {
-        for lamp in 0..self.lights.len() {
-            // Send rays to the lamp from where it shines on.
+        for light in 0..self.lights.len() {
+            // Send rays to the light from where it shines on.
             let mut rays = Vec::new();
             let mut arriving = Vec::new();
             for (i, node) in nodes.iter_mut().enumerate().filter(|(_, node)| node.is_lit()) {
-                self.ask_for_lamp(lamp, node, &samplers[node.sample], |ray, light| {
+                self.send_light_rays(light, node, &samplers[node.sample], |ray, arrives| {
                     rays.push(ray);
-                    arriving.push((i, light));
+                    arriving.push((i, arrives));
                 });
             }
             tracer.counts.shadow += rays.len() as u64;
 
             // Add what is left of its light.
-            let shares = self.transmittances(rays, tracer)?;
-            for ((i, light), share) in arriving.into_iter().zip(shares) {
-                nodes[i].lamps[0] += light * share;
+            let transmittances = self.transmittances(rays, tracer)?;
+            for ((i, light), transmittance) in arriving.into_iter().zip(transmittances) {
+                nodes[i].direct[0] += light * transmittance;
             }
         }
         Ok(())
     }
 
-    /// Adds to a node what it would send back of a lamp's light if nothing cast shadows, and tells `ask`
-    /// the rays on which that must not be, each with its light.
-    fn ask_for_lamp(
+    /// Adds to a node what it would send back of a light's if nothing cast shadows, and gives `send`
+    /// the rays on which nothing must be, each with its light.
+    fn send_light_rays(
         &self,
-        lamp: usize,
+        light: usize,
         node: &mut Node,
         sampler: &Sampler,
-        mut ask: impl FnMut(Ray, Color),
+        mut send: impl FnMut(Ray, Color),
     ) {
-        let light = &self.lights[lamp];
+        let dimension = node.first_dimension + light as u32;
+        let light = &self.lights[light];
         let parts = if is_soft(light) && node.branch.depth == 0 { SOFT_SHADOW_RAYS } else { 1 };
-        let dimension = node.first_dimension + lamp as u32;
         for part in 0..parts {
             let sample = sampler.square(dimension, part, parts);
             let at = &node.surface.at;
@@ -67,34 +67,34 @@ impl Whitted<'_> {
             if cosine <= 0.0 {
                 continue;
             }
-            let light = self.scattering(node, incoming.towards)
+            let arrives = self.scattering(node, incoming.towards)
                 * incoming.irradiance
                 * (cosine / f64::from(parts));
-            node.lamps[1] += light;
+            node.direct[1] += arrives;
             if incoming.towards.dot(at.normal) * node.normal.dot(at.normal) > 0.0 {
                 let origin = at.origin_towards(incoming.towards);
-                ask(Ray::with_range(origin, incoming.towards, 0.0, incoming.distance), light);
+                send(Ray::with_range(origin, incoming.towards, 0.0, incoming.distance), arrives);
             }
         }
     }
 
     /// How much of the light from `towards` a node sends on to the eye.
     fn scattering(&self, node: &Node, towards: Vec3) -> Color {
-        match (&node.shares, &self.world.ground) {
-            (Some(shares), _) => shares.scattering(towards, node.normal, node.incoming),
+        match (&node.weights, &self.world.ground) {
+            (Some(weights), _) => weights.scattering(towards, node.normal, node.incoming),
             (None, Some(ground)) => ground.color(node.surface.at.point) / PI,
             (None, None) => Vec3::ZERO,
         }
     }
 
-    /// How much light of each colour passes along each ray, from a lamp to a surface.
+    /// How much light of each colour passes along each ray, from a light to a surface.
     fn transmittances(&self, mut rays: Vec<Ray>, tracer: &Tracer) -> Result<Vec<Color>> {
         if !self.world.has_clear_material {
-            let mut hidden = vec![false; rays.len()];
-            tracer.hide(&rays, &mut hidden)?;
-            return Ok(hidden
+            let mut occluded = vec![false; rays.len()];
+            tracer.occlude(&rays, &mut occluded)?;
+            return Ok(occluded
                 .into_iter()
-                .map(|hidden| grey(if hidden { 0.0 } else { 1.0 }))
+                .map(|occluded| grey(if occluded { 0.0 } else { 1.0 }))
                 .collect());
         }
 

@@ -4,15 +4,17 @@ use halfline::error::{Error, Result};
 use halfline::geometry::Vec3;
 use halfline::mesh::Material;
 
-use crate::settings::{
-    Background, Ground, GroundSurface, Light, MAX_DEPTH, MAX_PIXELS, MAX_SAMPLES, RenderSettings,
+use super::{
+    Background, CameraSettings, Ground, GroundSurface, Light, MAX_DEPTH, MAX_PIXELS, MAX_SAMPLES,
+    Projection, RenderSettings,
 };
 
 impl RenderSettings {
     /// Checks all that can be told without a model. [`render`](crate::render) does so itself.
     ///
     /// # Errors
-    /// [`Error::Invalid`] naming the first setting that makes no sense.
+    /// [`Error::Invalid`] naming the first setting that makes no sense, as the options of the command
+    /// are named, in words.
     pub fn check(&self) -> Result<()> {
         let (width, height) = (self.width, self.height);
         ensure("resolution", width > 0 && height > 0, || {
@@ -21,6 +23,7 @@ impl RenderSettings {
         ensure("resolution", u64::from(width) * u64::from(height) <= MAX_PIXELS, || {
             format!("{width},{height} has more than {MAX_PIXELS} pixels")
         })?;
+        self.camera.check()?;
         for (name, value, most) in [
             ("samples", self.samples, MAX_SAMPLES),
             ("occlusion rays", self.occlusion_rays, MAX_SAMPLES),
@@ -29,8 +32,8 @@ impl RenderSettings {
                 format!("{value} is not between 1 and {most}")
             })?;
         }
-        ensure("depth limit", self.max_depth <= MAX_DEPTH, || {
-            format!("{} is more than {MAX_DEPTH}", self.max_depth)
+        ensure("max depth", self.max_depth <= MAX_DEPTH, || {
+            format!("{} is not between 0 and {MAX_DEPTH}", self.max_depth)
         })?;
         ensure("occlusion reach", self.occlusion_reach > 0.0, || {
             format!("{} is not above 0", self.occlusion_reach)
@@ -46,6 +49,47 @@ impl RenderSettings {
         self.material.as_ref().map_or(Ok(()), check_material)?;
         self.ground.as_ref().map_or(Ok(()), check_ground)?;
         self.lights.iter().try_for_each(check_light)
+    }
+}
+
+impl CameraSettings {
+    /// Checks all that can be told without a model.
+    pub(crate) fn check(&self) -> Result<()> {
+        for (name, point) in [
+            ("camera position", self.position),
+            ("camera focal point", self.focal_point),
+            ("camera view up", self.view_up),
+        ] {
+            point.map_or(Ok(()), |point| ensure_finite(name, point))?;
+        }
+        ensure("camera view up", self.view_up != Some(Vec3::ZERO), || "it has no length".into())?;
+        let is_somewhere = self.position.is_none() || self.position != self.focal_point;
+        ensure("camera position", is_somewhere, || {
+            "it is the same point as the focal point".into()
+        })?;
+
+        let angle = self.view_angle;
+        ensure("camera view angle", angle > 0.0 && angle < 180.0, || {
+            format!("{angle} is not above 0 and below 180 degrees")
+        })?;
+        let azimuth = self.azimuth;
+        ensure("camera azimuth angle", azimuth.is_finite(), || {
+            format!("{azimuth} is not a finite angle")
+        })?;
+        let elevation = self.elevation;
+        ensure("camera elevation angle", elevation > -90.0 && elevation < 90.0, || {
+            format!("{elevation} is not above -90 and below 90 degrees")
+        })?;
+        let margin = self.margin;
+        ensure("camera margin", (0.0..0.5).contains(&margin), || {
+            format!("{margin} is not at least 0 and below 0.5")
+        })?;
+        let Projection::Orthographic { height: Some(height) } = self.projection else {
+            return Ok(());
+        };
+        ensure("camera orthographic", height > 0.0 && height.is_finite(), || {
+            format!("{height} is not a length above 0")
+        })
     }
 }
 

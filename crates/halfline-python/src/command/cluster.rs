@@ -30,12 +30,7 @@ impl Host for PythonHost {
 struct PythonCluster(Py<PyAny>);
 
 impl Cluster for PythonCluster {
-    fn trace(
-        &self,
-        tree: &Path,
-        options: &[String],
-        observer: &dyn Observer,
-    ) -> Result<Vec<Vec<u8>>> {
+    fn trace(&self, tree: &Path, settings: &str, observer: &dyn Observer) -> Result<Vec<Vec<u8>>> {
         let watch = Python::attach(|py| Py::new(py, Watch::default()).map_err(|e| error(py, &e)))?;
         std::thread::scope(|scope| {
             let (over, is_over) = channel::<()>();
@@ -48,7 +43,7 @@ impl Cluster for PythonCluster {
             // The relay ends when this is dropped, whatever happens.
             let _over = over;
             Python::attach(|py| {
-                let arguments = (tree, options.to_vec(), watch.clone_ref(py));
+                let arguments = (tree, settings, watch.clone_ref(py));
                 let traced = self.0.call_method1(py, "trace", arguments);
                 traced.and_then(|parts| parts.extract(py)).map_err(|raised| error(py, &raised))
             })

@@ -1,16 +1,24 @@
 //! Everything that can be asked of a picture, with defaults that give a good one unasked.
 
+mod materials;
+mod validate;
+
 use std::str::FromStr;
 
 use halfline::error::{Error, Result};
 use halfline::geometry::{Vec3, vec3};
 use halfline::mesh::Material;
 
+pub use materials::StockMaterial;
+
 /// What to draw, how large, from where and how.
 ///
 /// Colours are given as they would be typed into a picture editor: red, green and blue between
 /// 0 and 1, sRGB-encoded. Only a [`Material`] and the power of a [`Light`] are linear.
 #[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(default, deny_unknown_fields))]
+#[non_exhaustive]
 pub struct RenderSettings {
     /// Pixels from left to right.
     pub width: u32,
@@ -47,6 +55,19 @@ pub struct RenderSettings {
     pub occlusion_rays: u32,
 }
 
+impl RenderSettings {
+    /// The usual settings, for a picture of another size in pixels.
+    pub fn new(width: u32, height: u32) -> RenderSettings {
+        RenderSettings { width, height, ..RenderSettings::default() }
+    }
+
+    /// These settings after a change, as in `settings.with(|s| s.samples = 64)`.
+    pub fn with(mut self, change: impl FnOnce(&mut RenderSettings)) -> RenderSettings {
+        change(&mut self);
+        self
+    }
+}
+
 impl Default for RenderSettings {
     fn default() -> RenderSettings {
         RenderSettings {
@@ -79,6 +100,9 @@ pub const MAX_DEPTH: u32 = 64;
 
 /// How surfaces are turned into colours.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(rename_all = "snake_case"))]
+#[non_exhaustive]
 pub enum Shading {
     /// Plaster under a soft sky with one soft key light: shape, and nothing else.
     #[default]
@@ -117,6 +141,18 @@ impl Shading {
             Shading::Steps => "steps",
         }
     }
+
+    /// What it shows, in a line for a help text.
+    pub const fn description(self) -> &'static str {
+        match self {
+            Shading::Clay => "Plaster under a soft sky with one soft key light",
+            Shading::Whitted => "Lights, shadows, mirrors and glass",
+            Shading::Normal => "The direction of the surface as a colour",
+            Shading::Depth => "The distance from the camera: near is bright",
+            Shading::Face => "A random colour for each face",
+            Shading::Steps => "A heat map of the tree nodes and triangles visited",
+        }
+    }
 }
 
 impl FromStr for Shading {
@@ -132,6 +168,9 @@ impl FromStr for Shading {
 /// From where the model is seen. Unless told otherwise, the camera stands at three quarters,
 /// a little above the model, as near as the whole model fits into the picture.
 #[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(default, deny_unknown_fields))]
+#[non_exhaustive]
 pub struct CameraSettings {
     /// Perspective or not.
     pub projection: Projection,
@@ -174,8 +213,21 @@ impl Default for CameraSettings {
     }
 }
 
+impl CameraSettings {
+    /// A camera at `position` that looks at `focal_point`.
+    pub fn looking_at(position: Vec3, focal_point: Vec3) -> CameraSettings {
+        CameraSettings {
+            position: Some(position),
+            focal_point: Some(focal_point),
+            ..CameraSettings::default()
+        }
+    }
+}
+
 /// How space is laid flat.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(rename_all = "snake_case"))]
 pub enum Projection {
     /// As a pinhole camera sees: what is far is small.
     #[default]
@@ -190,19 +242,26 @@ pub enum Projection {
 /// Which axis of the model points up. It also tells the model's front: with +Y up the model
 /// looks along +Z, as in glTF; with +Z up along -Y, as in most scans and CAD files.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Up {
     /// +X
+    #[cfg_attr(feature = "serde", serde(rename = "+X"))]
     PlusX,
     /// -X
+    #[cfg_attr(feature = "serde", serde(rename = "-X"))]
     MinusX,
     /// +Y
     #[default]
+    #[cfg_attr(feature = "serde", serde(rename = "+Y"))]
     PlusY,
     /// -Y
+    #[cfg_attr(feature = "serde", serde(rename = "-Y"))]
     MinusY,
     /// +Z
+    #[cfg_attr(feature = "serde", serde(rename = "+Z"))]
     PlusZ,
     /// -Z
+    #[cfg_attr(feature = "serde", serde(rename = "-Z"))]
     MinusZ,
 }
 
@@ -251,6 +310,9 @@ impl FromStr for Up {
 
 /// A plane at right angles to the up axis. It is not part of the mesh, and only seen from above.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(default, deny_unknown_fields))]
+#[non_exhaustive]
 pub struct Ground {
     /// Where it lies along the up axis; touching the model from below if `None`.
     pub height: Option<f64>,
@@ -260,8 +322,28 @@ pub struct Ground {
     pub reflectivity: f32,
 }
 
+impl Ground {
+    /// A plane that touches the model from below and does not mirror.
+    pub fn new(surface: GroundSurface) -> Ground {
+        Ground { surface, ..Ground::default() }
+    }
+
+    /// The same plane at another height along the up axis.
+    pub fn at_height(self, height: f64) -> Ground {
+        Ground { height: Some(height), ..self }
+    }
+
+    /// The same plane that mirrors a share of the light, from 0 to 1.
+    pub fn mirroring(self, reflectivity: f32) -> Ground {
+        Ground { reflectivity, ..self }
+    }
+}
+
 /// What the ground looks like.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(rename_all = "snake_case"))]
+#[non_exhaustive]
 pub enum GroundSurface {
     /// As the background, only darker where the model keeps light away: a studio's backdrop.
     #[default]
@@ -272,8 +354,16 @@ pub enum GroundSurface {
     Checker([f32; 3], [f32; 3]),
 }
 
+impl GroundSurface {
+    /// Light and middle grey, in squares.
+    pub const CHECKER: GroundSurface = GroundSurface::Checker([0.82; 3], [0.45; 3]);
+}
+
 /// What is behind the model.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(rename_all = "snake_case"))]
+#[non_exhaustive]
 pub enum Background {
     /// A light grey that falls off softly from the middle, as a photographer's paper backdrop.
     #[default]
@@ -286,6 +376,9 @@ pub enum Background {
 
 /// A source of light. Colours of light are linear.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(rename_all = "snake_case"))]
+#[non_exhaustive]
 pub enum Light {
     /// Shines from a small sphere, or from a point if `radius` is 0.
     Point {
