@@ -24,10 +24,9 @@ from numpy.typing import NDArray
 PAGE = 4096
 CHUNK = 1 << 20
 SECTIONS = (
-    "binary nodes",
-    "wide nodes",
+    "nodes",
     "leaf blocks",
-    "faces on a line",
+    "collinear faces",
     "vertices",
     "triangles",
     "source faces",
@@ -38,7 +37,7 @@ SECTIONS = (
 )
 # What of the header the content hash does not cover: written_at, the checksum, the hash itself,
 # build_seconds and program.
-PASSING = ((24, 8), (32, 8), (40, 16), (376, 8), (384, 32))
+PASSING = ((24, 8), (32, 8), (40, 16), (368, 8), (376, 32))
 
 
 class Tree(NamedTuple):
@@ -58,7 +57,7 @@ def read(path: Path) -> Tree:
     header = content[:PAGE]
     assert header[:8] == b"\x89HLT\r\n\x1a\n"
     version, byte_order, file_bytes, written_at, checksum = struct.unpack_from("<IIQqQ", header, 8)
-    assert (version, byte_order, file_bytes) == (1, 0x01020304, len(content))
+    assert (version, byte_order, file_bytes) == (2, 0x01020304, len(content))
     assert path.stat().st_mtime_ns == written_at * 10**9
     assert xxhash.xxh3_64_intdigest(header[:32] + bytes(8) + header[40:]) == checksum
 
@@ -87,33 +86,29 @@ def read(path: Path) -> Tree:
 
 
 def faces_of_leaves(tree: Tree) -> list[list[int]]:
-    """The faces of each leaf, by walking the binary tree from the root."""
+    """The faces of each leaf, by walking from the root; boxes lie in those above them."""
     blocks = np.frombuffer(tree.sections["leaf blocks"], dtype="<u4").reshape(-1, 80)[:, 72:]
-    nodes = np.frombuffer(tree.sections["binary nodes"], dtype="<u4").reshape(-1, 2, 8)
-    leaves, pending = [], [np.frombuffer(tree.header[280:312], dtype="<u4")]
+    nodes = np.frombuffer(tree.sections["nodes"], dtype="<u4").reshape(-1, 64)
+    sides = nodes[:, :48].view("<f4").reshape(-1, 3, 2, 8)
+    low, high = np.frombuffer(tree.header[264:288], dtype="<f4").reshape(2, 3)
+    seen = np.zeros(len(blocks), dtype=int)
+    leaves, pending = [], [(tree.word(288, "I"), low, high)]
     while pending:
-        node = pending.pop()
-        kind, index, payload = int(node[6]) & 7, int(node[6]) >> 3, int(node[7])
-        if kind == 0:
-            leaves.append(blocks[index][:payload].tolist())
-            assert all(blocks[index][payload:] == 0xFFFFFFFF)
-        else:
-            pending.extend(nodes[index])
+        reference, low, high = pending.pop()
+        kind, index = reference >> 30, reference & (1 << 30) - 1
+        if kind == 1:
+            seen[index] += 1
+            count = int((blocks[index] != 0xFFFFFFFF).sum())
+            assert all(blocks[index][count:] == 0xFFFFFFFF)
+            leaves.append(blocks[index][:count].tolist())
+        elif kind == 0:
+            for lane, child in enumerate(nodes[index, 48:56].tolist()):
+                if child >> 30 != 2:
+                    box = sides[index, :, 0, lane], sides[index, :, 1, lane]
+                    assert (low <= box[0]).all() and (box[1] <= high).all()
+                    pending.append((child, *box))
+    assert (seen == 1).all()
     return leaves
-
-
-def blocks_of_wide_nodes(tree: Tree) -> list[int]:
-    """The leaf blocks that the wide nodes lead to."""
-    words = np.frombuffer(tree.sections["wide nodes"], dtype="<u4").reshape(-1, 64)[:, 48:56]
-    found, pending = [], [tree.word(312, "I")]
-    while pending:
-        word = pending.pop()
-        kind, index = word >> 30, word & (1 << 30) - 1
-        if kind == 0:
-            pending.extend(int(child) for child in words[index])
-        elif kind == 1:
-            found.append(index)
-    return found
 
 
 @pytest.mark.parametrize("precision", [np.float32, np.float64])
@@ -128,16 +123,15 @@ def test_the_file_is_what_its_specification_says(tmp_path: Path, precision: type
     triangles = np.frombuffer(tree.sections["triangles"], dtype="<u4").reshape(-1, 3)
     assert (vertices == mesh.vertices).all()
     assert (triangles == mesh.faces).all()
-    assert tree.word(324, "I") & 1 == (precision is np.float64)
+    assert tree.word(300, "I") & 1 == (precision is np.float64)
 
     leaves = faces_of_leaves(tree)
-    assert sum(map(len, leaves)) == tree.word(328, "Q")
-    kept = len(triangles) - tree.word(336, "Q") - tree.word(344, "Q")
+    assert sum(map(len, leaves)) == tree.word(304, "Q")
+    kept = len(triangles) - tree.word(312, "Q") - tree.word(320, "Q")
     assert len({face for faces in leaves for face in faces}) == kept
-    assert sorted(blocks_of_wide_nodes(tree)) == list(range(len(leaves)))
 
     # A leaf block's corners are the vertices in frame coordinates.
-    offset, unit = np.frombuffer(tree.header[248:280]).reshape(4)[:3], tree.word(272, "d")
+    offset, unit = np.frombuffer(tree.header[232:264]).reshape(4)[:3], tree.word(256, "d")
     block = np.frombuffer(tree.sections["leaf blocks"], dtype="<f4").reshape(-1, 80)[0]
     corners = block[:72].reshape(3, 3, 8)[:, :, 0].astype(np.float64) * unit + offset
     expected = vertices[triangles[int(block[72:73].view("<u4")[0])]]

@@ -139,13 +139,13 @@ fn the_specified_bytes_are_where_the_specification_says() {
     let bytes = std::fs::read(&path).unwrap();
     let number = |at: usize| u64::from_le_bytes(bytes[at..at + 8].try_into().unwrap());
     assert_eq!(&bytes[..8], b"\x89HLT\r\n\x1a\n");
-    assert_eq!(bytes[8..16], [1, 0, 0, 0, 4, 3, 2, 1]);
+    assert_eq!(bytes[8..16], [2, 0, 0, 0, 4, 3, 2, 1]);
     assert_eq!(number(16), bytes.len() as u64);
     let modified = path.metadata().unwrap().modified().unwrap();
     assert_eq!(modified, UNIX_EPOCH + Duration::from_secs(number(24)));
 
     // The section of triangles, by hand.
-    let (offset, length) = (number(72 + 5 * 16) as usize, number(72 + 5 * 16 + 8) as usize);
+    let (offset, length) = (number(72 + 4 * 16) as usize, number(72 + 4 * 16 + 8) as usize);
     let triangles: Vec<u32> = bytes[offset..offset + length]
         .chunks(4)
         .map(|word| u32::from_le_bytes(word.try_into().unwrap()))
@@ -171,9 +171,9 @@ fn trees_are_known_by_their_first_bytes_or_their_name() {
 }
 
 /// Ends the work at its nth report of a stage.
-struct HitPrecision(Stage, std::sync::atomic::AtomicI64);
+struct EndsAt(Stage, std::sync::atomic::AtomicI64);
 
-impl Observer for HitPrecision {
+impl Observer for EndsAt {
     fn report(&self, stage: Stage, _: u64, _: u64) {
         if stage == self.0 {
             self.1.fetch_sub(1, std::sync::atomic::Ordering::Relaxed);
@@ -193,12 +193,12 @@ fn writing_and_verifying_can_be_interrupted_and_leave_what_was_there() {
     scene.save(&path, &NoProgress).unwrap();
     let before = std::fs::read(&path).unwrap();
     for reports in [0, 1, 5, 12] {
-        let error = scene.save(&path, &HitPrecision(Stage::Write, reports.into())).unwrap_err();
+        let error = scene.save(&path, &EndsAt(Stage::Write, reports.into())).unwrap_err();
         assert!(matches!(error, Error::Interrupted), "{error}");
         assert!(std::fs::read(&path).unwrap() == before);
         assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 1, "nothing is left behind");
     }
-    let ending = HitPrecision(Stage::Load, 1.into());
+    let ending = EndsAt(Stage::Load, 1.into());
     let error = Scene::open(&path, Verify::Always, &ending).err().unwrap();
     assert!(matches!(error, Error::Interrupted), "{error}");
 }

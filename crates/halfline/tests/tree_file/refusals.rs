@@ -93,8 +93,13 @@ fn truncated_longer_foreign_and_other_files_are_refused_in_one_line() {
             changed[at..at + bytes.len()].copy_from_slice(bytes);
             changed
         };
-        let newer = refused(&with(8, &[2]));
-        assert!(newer.contains("version 2") && newer.contains("version 1"), "{newer}");
+        let newer = refused(&with(8, &[3]));
+        assert!(newer.contains("version 3") && newer.contains("version 2"), "{newer}");
+        let older = refused(&with(8, &[1]));
+        assert!(
+            older.contains("version 1") && older.contains("halfline build MESH -o TREE"),
+            "{older}"
+        );
         assert!(refused(&with(8, &[0])).contains("version 0"));
         assert!(refused(&with(12, &[1, 2, 3, 4])).contains("another order"));
     }
@@ -132,22 +137,22 @@ fn forged_headers_are_refused_for_what_is_wrong_with_them() {
     assert!(error.contains("checksums are not what was written"), "{error}");
     // Sections that overlap, that leave a page between them, and that leave the file.
     for (at, value) in [
-        (section(4), number(section(4)) - 4096),
-        (section(4), number(section(4)) + 4096),
+        (section(3), number(section(3)) - 4096),
+        (section(3), number(section(3)) + 4096),
         (section(0), u64::MAX - 4095),
-        (section(9) + 8, u64::MAX),
+        (section(8) + 8, u64::MAX),
     ] {
         let error = refused(at, &value.to_le_bytes(), Verify::Never);
         assert!(error.contains("not where they can be"), "{at}: {error}");
     }
     // A mesh that should have no colours, and has some; triangles that end within one.
-    let flags = u32::from_le_bytes(whole[324..328].try_into().unwrap());
-    let error = refused(324, &(flags & !8).to_le_bytes(), Verify::Never);
+    let flags = u32::from_le_bytes(whole[300..304].try_into().unwrap());
+    let error = refused(300, &(flags & !8).to_le_bytes(), Verify::Never);
     assert!(error.contains("vertex colours have a length"), "{error}");
-    let error = refused(section(5) + 8, &(number(section(5) + 8) - 4).to_le_bytes(), Verify::Never);
+    let error = refused(section(4) + 8, &(number(section(4) + 8) - 4).to_le_bytes(), Verify::Never);
     assert!(error.contains("triangles have a length"), "{error}");
     // A stack of a terabyte.
-    let error = refused(316, &u32::MAX.to_le_bytes(), Verify::Never);
+    let error = refused(292, &u32::MAX.to_le_bytes(), Verify::Never);
     assert!(error.contains("a tree that cannot be"), "{error}");
 }
 

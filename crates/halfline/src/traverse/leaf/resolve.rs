@@ -32,6 +32,22 @@ impl Job for ParameterJob<'_, '_> {
     }
 }
 
+/// [`Cast::refine`] in a function of its own: it is rare, and would be in the way.
+struct RefineJob<'a, 'b> {
+    cast: &'a Cast<'b>,
+    pairs: &'a Pairs,
+}
+
+impl Job for RefineJob<'_, '_> {
+    type Output = Refined;
+
+    #[inline(always)]
+    fn run<S: Simd>(self, simd: S) -> Refined {
+        let corners = self.cast.corner_lanes(simd, self.pairs);
+        refine(simd, &self.cast.source.gather8(simd, &self.pairs.numbers), &corners)
+    }
+}
+
 /// Up to eight rays and a triangle for each, by lane.
 pub struct Pairs {
     /// The number of each ray.
@@ -237,8 +253,7 @@ impl Cast<'_> {
     /// Looks at rays and triangles in double precision.
     #[inline(always)]
     pub fn refine<S: Simd>(&self, simd: S, pairs: &Pairs) -> Refined {
-        let corners = self.corner_lanes(simd, pairs);
-        refine(simd, &self.source.gather8(simd, &pairs.numbers), &corners)
+        simd.outlined(RefineJob { cast: self, pairs })
     }
 
     /// The body of [`Cast::finish_pairs`].

@@ -177,7 +177,35 @@ impl<Q: Query> RayPacket<Q> {
         place: (usize, usize),
         open: u32,
     ) -> u32 {
-        simd.outlined(RefineOctet { packet: self, cast, octet, place, open })
+        let (index, triangle) = place;
+        let face = cast.target.tree.leaves.blocks[index].faces[triangle];
+        let pairs = Pairs {
+            numbers: numbers_from(self.first + octet * LANES),
+            faces: [face; LANES],
+            blocks: [index as u32; LANES],
+            triangles: [triangle as u32; LANES],
+            lanes: open,
+        };
+        let refined = cast.refine(simd, &pairs);
+        let (mut rest, mut done) = (open, 0);
+        while rest != 0 {
+            let lane = rest.trailing_zeros() as usize % LANES;
+            rest &= rest - 1;
+            let ray = octet * LANES + lane;
+            let (mut nearest, mut limit) =
+                (self.hits.nearest(octet, lane), self.hits.limits[octet][lane]);
+            let mut cursor = self.cursor(ray, &mut nearest, &mut limit);
+            let state = &mut self.states[ray];
+            state.query_has_nearest = self.hits.query_has_nearest >> ray & 1 == 1;
+            let refinement = cast.take_refined(&mut cursor, state, (&refined, lane), place);
+            if refinement != Refinement::Certain {
+                cast.decide_rest(simd, cursor, state, refinement, place);
+            }
+            let is_done = state.is_done();
+            self.take(ray, nearest, limit, is_done);
+            done |= u32::from(is_done) << lane;
+        }
+        done
     }
 
     /// Decides candidates of a leaf for a ray.
@@ -314,55 +342,6 @@ impl Job for FinishPacket<'_, '_> {
                 cast.find_and_put(simd, &pairs);
             }
         }
-    }
-}
-
-/// [`RayPacket::refine_octet`] in a function of its own: it is rare, and would be in the way.
-struct RefineOctet<'a, 'b, Q> {
-    packet: &'a mut RayPacket<Q>,
-    cast: &'a Cast<'b>,
-    octet: usize,
-    /// The index of the leaf's block, and the lane of the triangle.
-    place: (usize, usize),
-    /// A bit for each ray for which the triangle is open.
-    open: u32,
-}
-
-impl<Q: Query> Job for RefineOctet<'_, '_, Q> {
-    type Output = u32;
-
-    #[inline(always)]
-    fn run<S: Simd>(self, simd: S) -> u32 {
-        let RefineOctet { packet, cast, octet, place, open } = self;
-        let (index, triangle) = place;
-        let face = cast.target.tree.leaves.blocks[index].faces[triangle];
-        let pairs = Pairs {
-            numbers: numbers_from(packet.first + octet * LANES),
-            faces: [face; LANES],
-            blocks: [index as u32; LANES],
-            triangles: [triangle as u32; LANES],
-            lanes: open,
-        };
-        let refined = cast.refine(simd, &pairs);
-        let (mut rest, mut done) = (open, 0);
-        while rest != 0 {
-            let lane = rest.trailing_zeros() as usize % LANES;
-            rest &= rest - 1;
-            let ray = octet * LANES + lane;
-            let (mut nearest, mut limit) =
-                (packet.hits.nearest(octet, lane), packet.hits.limits[octet][lane]);
-            let mut cursor = packet.cursor(ray, &mut nearest, &mut limit);
-            let state = &mut packet.states[ray];
-            state.query_has_nearest = packet.hits.query_has_nearest >> ray & 1 == 1;
-            let refinement = cast.take_refined(&mut cursor, state, (&refined, lane), place);
-            if refinement != Refinement::Certain {
-                cast.decide_rest(simd, cursor, state, refinement, place);
-            }
-            let is_done = state.is_done();
-            packet.take(ray, nearest, limit, is_done);
-            done |= u32::from(is_done) << lane;
-        }
-        done
     }
 }
 
