@@ -6,7 +6,7 @@ use std::process::Stdio;
 use npyz::Order;
 
 use crate::files::{npy, write_rays};
-use crate::{Bench, CUBE, Outcome};
+use crate::{Bench, CUBE, Outcome, end_of};
 
 /// Every subcommand that takes a mesh, with `MESH` in its place.
 const COMMANDS: [&str; 8] = [
@@ -40,7 +40,7 @@ impl Bench {
                 Err(error) => assert_eq!(error.kind(), ErrorKind::BrokenPipe),
                 Ok(()) => {}
             });
-            child.wait_with_output().unwrap()
+            end_of(line, child)
         });
         Outcome::of(line, outcome)
     }

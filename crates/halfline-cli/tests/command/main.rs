@@ -14,7 +14,8 @@ mod query;
 mod render;
 
 use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
+use std::process::{Child, Command, Output, Stdio};
+use std::time::Duration;
 
 use serde_json::Value;
 use tempfile::TempDir;
@@ -45,7 +46,9 @@ impl Bench {
     }
 
     fn run(&self, line: &str) -> Outcome {
-        Outcome::of(line, self.command(line).output().unwrap())
+        let mut command = self.command(line);
+        command.stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped());
+        Outcome::of(line, end_of(line, command.spawn().unwrap()))
     }
 
     /// Runs what must succeed and tells its figures.
@@ -65,6 +68,19 @@ impl Bench {
         names.sort();
         names
     }
+}
+
+/// Waits for the end of a child, for longer than anything takes on a busy machine: a hang ends here.
+#[track_caller]
+fn end_of(line: &str, child: Child) -> Output {
+    const PATIENCE: Duration = Duration::from_secs(600);
+    let process = child.id().to_string();
+    let (sender, receiver) = std::sync::mpsc::channel();
+    std::thread::spawn(move || sender.send(child.wait_with_output().unwrap()));
+    receiver.recv_timeout(PATIENCE).unwrap_or_else(|_| {
+        let _ = Command::new("kill").args(["-KILL", &process]).status();
+        panic!("waited {PATIENCE:?} until `{line}` ends");
+    })
 }
 
 /// What was said on stderr, less how far a stage is, which is told after ten seconds on a busy machine.
