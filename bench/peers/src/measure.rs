@@ -4,8 +4,7 @@ use std::hint::black_box;
 use std::path::Path;
 
 use halfline::progress::NoProgress;
-use halfline::scene::inspect;
-use halfline::{HitF32, Mesh, Ray, RayF32, Scene};
+use halfline::{HitF32, Mesh, Ray, RayF32, Scene, inspect};
 use halfline_io::models::{self, Kind as Shape};
 use serde_json::{Value, json};
 

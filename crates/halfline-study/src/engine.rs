@@ -6,9 +6,8 @@ use halfline::error::Result;
 use halfline::explain::Rule;
 use halfline::geometry::{Hit, Ray};
 use halfline::progress::Observer;
-use halfline::scene::inspect;
 use halfline::textbook::{KdTree, Node, Visits};
-use halfline::{Mesh, Scene, brute_force};
+use halfline::{Mesh, Scene, brute_force, inspect};
 
 /// A way to find closest hits.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -152,7 +151,7 @@ fn one_by_one(
 /// # Errors
 /// Those of [`Scene::build`].
 pub fn build_fast(mesh: &Arc<Mesh>, observer: &dyn Observer) -> Result<Ready<'static>> {
-    let parameters = halfline::builder::BuildParameters::default();
+    let parameters = halfline::BuildParameters::default();
     Ok(Ready::Fast(Box::new(
         Scene::builder(Arc::clone(mesh)).parameters(parameters).observer(observer).build()?,
     )))

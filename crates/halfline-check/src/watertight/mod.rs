@@ -19,11 +19,11 @@ mod judge;
 use std::time::{Duration, Instant};
 
 use crate::topology::{Target, Topology};
+use halfline::Scene;
 use halfline::error::Result;
 use halfline::geometry::random::{Random, mix};
 use halfline::geometry::{Aabb, Ray, Vec3};
 use halfline::progress::{Observer, Part};
-use halfline::scene::Scene;
 
 pub use judge::Wrong;
 use judge::{certainly_meets, judge};

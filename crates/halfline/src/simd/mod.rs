@@ -12,6 +12,8 @@ mod avx2;
 mod avx512;
 mod portable;
 
+use std::fmt;
+
 use crate::error::{Error, Result};
 
 /// Lanes of a vector, children of a node, triangles of a leaf.
@@ -284,6 +286,12 @@ impl Level {
             #[cfg(target_arch = "x86_64")]
             Set::Avx512 => unsafe { avx512::run(job) },
         }
+    }
+}
+
+impl fmt::Display for Level {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.pad(self.name())
     }
 }
 

@@ -11,9 +11,8 @@ use halfline::explain::{
 };
 use halfline::geometry::vec3;
 use halfline::progress::{NoProgress, Observer};
-use halfline::scene::inspect;
 use halfline::textbook::{KdTree, Termination, Visits};
-use halfline::{Error, Mesh, Ray, RayF32, Scene, Vec3, brute_force};
+use halfline::{Error, Mesh, Ray, RayF32, Scene, Vec3, brute_force, inspect};
 
 const RAYS_PER_MESH: u64 = 60;
 
