@@ -66,7 +66,7 @@ fn counts_and_hits_are_those_of_textbook_and_engine() {
         );
 
         if Ray::from(single(ray)) == *ray {
-            let work = inspect::count_work(&scene, &[single(ray)], false);
+            let work = inspect::count_work(scene, &[single(ray)], false);
             let Visits { nodes, leaves, .. } = explanation.engine.visits;
             assert_eq!((nodes - leaves, leaves), (work.nodes, work.leaves), "{name}");
             compared_with_engine += usize::from(nodes > 0);

@@ -97,8 +97,7 @@ fn senseless_parameters_are_refused() {
             .parameters(parameters)
             .observer(&NoProgress)
             .build()
-            .err()
-            .expect("an error");
+            .expect_err("an error");
         assert!(error.to_string().starts_with(name), "{error}");
     }
 }
