@@ -1,8 +1,8 @@
 //! An exact ray caster for triangle meshes of any size: which triangle does a ray hit, and where?
 //!
-//! A [`Mesh`] holds vertices and triangles, a [`Scene`] is a mesh with the tree over it, built once, and
-//! a [`Scene`] answers rays. No ray slips between triangles that share an edge or a vertex, however far
-//! from the origin, and the answers are the same to the bit on every machine and any number of threads.
+//! A [`Mesh`] holds vertices and triangles; a [`Scene`] is a mesh with the tree over it, built once, and
+//! answers rays. No ray slips between triangles that share an edge or a vertex, however far from the
+//! origin, and the answers are the same to the bit on every machine and any number of threads.
 //!
 //! ```
 //! use halfline::{Mesh, Ray, Scene, vec3};
@@ -166,3 +166,8 @@ pub use tree::{BuildParameters, Preset};
 pub mod columns {
     pub use crate::scene::{AllHitColumns, Column, HitColumns, RayColumns, Scalars, Vectors};
 }
+
+/// The example of the README, which is compiled and run as this page's are.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;
