@@ -115,7 +115,7 @@ impl Answers {
         }
     }
 
-    /// How many are the same, or name another face of the same place.
+    /// How many answers are the same, or name another face of the same place.
     fn agreeing(&self, other: &Answers, is_any: bool) -> usize {
         if is_any {
             self.flags.iter().zip(&other.flags).filter(|(a, b)| a == b).count()

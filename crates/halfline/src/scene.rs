@@ -146,12 +146,12 @@ impl Scene {
         outcome.unwrap_or_else(|_| Err(file.damaged()))
     }
 
-    /// The mesh.
+    /// The mesh that the scene answers for.
     pub fn mesh(&self) -> &Arc<Mesh> {
         &self.mesh
     }
 
-    /// The tree.
+    /// The tree over the mesh.
     pub fn tree(&self) -> &Tree {
         &self.tree
     }
@@ -305,76 +305,84 @@ pub struct Observed<'a> {
 }
 
 impl Observed<'_> {
-    /// [`Scene::intersect`].
+    /// Answers as [`Scene::intersect`] does.
     ///
     /// # Errors
-    /// See [`Observed`].
+    /// [`Error::Interrupted`](crate::Error::Interrupted) and [`Error::Format`](crate::Error::Format), as
+    /// [`Observed`] tells.
     pub fn intersect<R: BatchRay>(&self, rays: &[R]) -> Result<Vec<Hit>> {
         let mut hits = vec![Hit::MISS; rays.len()];
         self.intersect_into(rays, &mut hits)?;
         Ok(hits)
     }
 
-    /// [`Scene::intersect`] into memory that is there.
+    /// Answers as [`Scene::intersect`] does, into memory that is there.
     ///
     /// # Errors
-    /// See [`Observed`].
+    /// [`Error::Interrupted`](crate::Error::Interrupted) and [`Error::Format`](crate::Error::Format), as
+    /// [`Observed`] tells.
     pub fn intersect_into<R: BatchRay>(&self, rays: &[R], hits: &mut [Hit]) -> Result<()> {
         let Observed { scene, observer } = *self;
         scene.guarded(|| batch::intersect(scene.target(), R::source(rays), hits, observer))
     }
 
-    /// [`Scene::intersect_f32`].
+    /// Answers as [`Scene::intersect_f32`] does.
     ///
     /// # Errors
-    /// See [`Observed`].
+    /// [`Error::Interrupted`](crate::Error::Interrupted) and [`Error::Format`](crate::Error::Format), as
+    /// [`Observed`] tells.
     pub fn intersect_f32(&self, rays: &[RayF32]) -> Result<Vec<HitF32>> {
         let mut hits = vec![HitF32::MISS; rays.len()];
         self.intersect_f32_into(rays, &mut hits)?;
         Ok(hits)
     }
 
-    /// [`Scene::intersect_f32`] into memory that is there.
+    /// Answers as [`Scene::intersect_f32`] does, into memory that is there.
     ///
     /// # Errors
-    /// See [`Observed`].
+    /// [`Error::Interrupted`](crate::Error::Interrupted) and [`Error::Format`](crate::Error::Format), as
+    /// [`Observed`] tells.
     pub fn intersect_f32_into(&self, rays: &[RayF32], hits: &mut [HitF32]) -> Result<()> {
         let Observed { scene, observer } = *self;
         scene.guarded(|| batch::intersect_f32(scene.target(), RayF32::source(rays), hits, observer))
     }
 
-    /// [`Scene::occluded`].
+    /// Answers as [`Scene::occluded`] does.
     ///
     /// # Errors
-    /// See [`Observed`].
+    /// [`Error::Interrupted`](crate::Error::Interrupted) and [`Error::Format`](crate::Error::Format), as
+    /// [`Observed`] tells.
     pub fn occluded<R: BatchRay>(&self, rays: &[R]) -> Result<Vec<bool>> {
         let mut flags = vec![false; rays.len()];
         self.occluded_into(rays, &mut flags)?;
         Ok(flags)
     }
 
-    /// [`Scene::occluded`] into memory that is there.
+    /// Answers as [`Scene::occluded`] does, into memory that is there.
     ///
     /// # Errors
-    /// See [`Observed`].
+    /// [`Error::Interrupted`](crate::Error::Interrupted) and [`Error::Format`](crate::Error::Format), as
+    /// [`Observed`] tells.
     pub fn occluded_into<R: BatchRay>(&self, rays: &[R], flags: &mut [bool]) -> Result<()> {
         let Observed { scene, observer } = *self;
         scene.guarded(|| batch::occluded(scene.target(), R::source(rays), flags, observer))
     }
 
-    /// [`Scene::intersect_all`].
+    /// Answers as [`Scene::intersect_all`] does.
     ///
     /// # Errors
-    /// See [`Observed`].
+    /// [`Error::Interrupted`](crate::Error::Interrupted) and [`Error::Format`](crate::Error::Format), as
+    /// [`Observed`] tells.
     pub fn intersect_all<R: BatchRay>(&self, rays: &[R]) -> Result<AllHits> {
         let Observed { scene, observer } = *self;
         scene.guarded(|| batch::find_all_hits(scene.target(), R::source(rays), observer))
     }
 
-    /// [`Scene::count_intersections`].
+    /// Answers as [`Scene::count_intersections`] does.
     ///
     /// # Errors
-    /// See [`Observed`].
+    /// [`Error::Interrupted`](crate::Error::Interrupted) and [`Error::Format`](crate::Error::Format), as
+    /// [`Observed`] tells.
     pub fn count_intersections<R: BatchRay>(&self, rays: &[R]) -> Result<Vec<usize>> {
         let Observed { scene, observer } = *self;
         let mut counts = vec![0; rays.len()];
@@ -384,38 +392,42 @@ impl Observed<'_> {
         Ok(counts)
     }
 
-    /// [`Scene::intersect`] for rays and answers in columns. Few rays, up to some thousand, are cast by the
-    /// calling thread itself; so it is with all that takes columns.
+    /// Answers as [`Scene::intersect`] does, for rays and answers in columns. Few rays, up to some thousand,
+    /// are cast by the calling thread itself; so it is with all that takes columns.
     ///
     /// # Errors
-    /// See [`Observed`].
+    /// [`Error::Interrupted`](crate::Error::Interrupted) and [`Error::Format`](crate::Error::Format), as
+    /// [`Observed`] tells.
     pub fn intersect_columns(&self, rays: &RayColumns, hits: HitColumns) -> Result<()> {
         let Observed { scene, observer } = *self;
         scene.guarded(|| batch::intersect_columns(scene.target(), (*rays).into(), hits, observer))
     }
 
-    /// [`Scene::occluded`] for rays in columns.
+    /// Answers as [`Scene::occluded`] does, for rays in columns.
     ///
     /// # Errors
-    /// See [`Observed`].
+    /// [`Error::Interrupted`](crate::Error::Interrupted) and [`Error::Format`](crate::Error::Format), as
+    /// [`Observed`] tells.
     pub fn occluded_columns(&self, rays: &RayColumns, flags: &mut [bool]) -> Result<()> {
         let Observed { scene, observer } = *self;
         scene.guarded(|| batch::occluded(scene.target(), (*rays).into(), flags, observer))
     }
 
-    /// [`Scene::count_intersections`] for rays in columns.
+    /// Answers as [`Scene::count_intersections`] does, for rays in columns.
     ///
     /// # Errors
-    /// See [`Observed`].
+    /// [`Error::Interrupted`](crate::Error::Interrupted) and [`Error::Format`](crate::Error::Format), as
+    /// [`Observed`] tells.
     pub fn count_intersections_columns(&self, rays: &RayColumns, counts: &mut [i64]) -> Result<()> {
         let Observed { scene, observer } = *self;
         scene.guarded(|| batch::count_hits(scene.target(), (*rays).into(), counts, observer))
     }
 
-    /// [`Scene::intersect_all`] for rays and answers in columns.
+    /// Answers as [`Scene::intersect_all`] does, for rays and answers in columns.
     ///
     /// # Errors
-    /// See [`Observed`].
+    /// [`Error::Interrupted`](crate::Error::Interrupted) and [`Error::Format`](crate::Error::Format), as
+    /// [`Observed`] tells.
     pub fn intersect_all_columns(&self, rays: &RayColumns) -> Result<AllHitColumns> {
         let Observed { scene, observer } = *self;
         scene.guarded(|| batch::find_all_hits_columns(scene.target(), (*rays).into(), observer))

@@ -67,7 +67,7 @@ pub struct LeakReport {
     pub wrong_parities: u64,
     /// Rays whose closest hit lies behind one that is nearer.
     pub late_hits: u64,
-    /// The first rays that did any of it, at most five.
+    /// The first rays, at most five, that hit nothing, crossed wrongly or hit too late.
     pub examples: Vec<Example>,
     /// How long the question for the closest hits took.
     pub closest_time: Duration,

@@ -214,7 +214,7 @@ fn unit_normal([a, b, c]: [Vec3; 3]) -> (Vec3, f64) {
     (exact_unit_normal([a, b, c]), NORMALIZATION_ERROR + gamma(2))
 }
 
-/// The same from a vector product whose coordinates are rounded only in the end.
+/// The unit normal of a triangle, from a vector product whose coordinates are rounded only in the end.
 #[cold]
 fn exact_unit_normal([a, b, c]: [Vec3; 3]) -> Vec3 {
     const NONE: Vec3 = Vec3::splat(f64::NAN);

@@ -56,16 +56,16 @@ impl Default for BuildParameters {
 #[non_exhaustive]
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Preset {
-    /// The first picture soonest.
+    /// Builds soonest: for the first picture.
     Fast,
-    /// For as many rays as the mesh has triangles, and more.
+    /// Builds in the usual time: for as many rays as the mesh has triangles, and more.
     Balanced,
-    /// The most rays a second, however long it takes to build.
+    /// Gives the most rays a second, however long it takes to build.
     Best,
 }
 
 impl Preset {
-    /// All of them, the quickest to build first.
+    /// All presets, the quickest to build first.
     pub const ALL: [Preset; 3] = [Preset::Fast, Preset::Balanced, Preset::Best];
 
     /// The name by which the command line, Python and reports call a preset.

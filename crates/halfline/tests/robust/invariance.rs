@@ -66,7 +66,7 @@ fn scaled_ray(ray: &Ray, size: i32, speed: i32) -> Option<Ray> {
     })
 }
 
-/// The same answers with t times 2^exponent.
+/// `answers` with t times 2^exponent.
 fn scaled_answers(answers: &Answers, exponent: i32) -> Option<Answers> {
     let scaled = |hit: &Hit| Some(Hit { t: exactly_scaled(hit.t, exponent)?, ..*hit });
     Some(Answers {
