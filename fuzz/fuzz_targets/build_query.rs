@@ -5,10 +5,9 @@
 
 use std::fmt::Debug;
 
-use halfline::builder::{BuildParameters, Preset};
 use halfline::progress::NoProgress;
 use halfline::textbook::{KdTree, Middle, ObjectMedian, SplittingRule, SurfaceArea, Termination};
-use halfline::{Hit, Mesh, Ray, Scene, brute_force};
+use halfline::{BuildParameters, Hit, Mesh, Preset, Ray, Scene, brute_force};
 use halfline_fuzz::be_single_threaded;
 use halfline_fuzz::query_input::{QueryInput, Range};
 use libfuzzer_sys::fuzz_target;
@@ -25,7 +24,9 @@ const PARAMETERS: [BuildParameters; 6] = [
 
 const fn with(spatial_split_min_triangles: usize, duplication_budget: f64) -> BuildParameters {
     let balanced = BuildParameters::preset(Preset::Balanced);
-    BuildParameters { spatial_split_min_triangles, duplication_budget, ..balanced }
+    balanced
+        .with_spatial_split_min_triangles(spatial_split_min_triangles)
+        .with_duplication_budget(duplication_budget)
 }
 
 /// Everything that can be asked about a ray, in bits, so that zeros of either sign differ.
@@ -62,7 +63,11 @@ impl Answers {
     fn by_engine(scene: &Scene, ray: &Ray) -> Answers {
         let mut all = Vec::new();
         scene.caster().intersect_all(ray, &mut all);
-        Answers::new(scene.caster().intersect(ray).unwrap_or(Hit::MISS), scene.caster().occluded(ray), &all)
+        Answers::new(
+            scene.caster().intersect(ray).unwrap_or(Hit::MISS),
+            scene.caster().occluded(ray),
+            &all,
+        )
     }
 
     /// The engine's answers to all rays at once.
@@ -101,7 +106,11 @@ fuzz_target!(|bytes: &[u8]| {
 
     let first = usize::from(choice / 3) % PARAMETERS.len();
     for parameters in [PARAMETERS[first], PARAMETERS[(first + 1) % PARAMETERS.len()]] {
-        let scene = Scene::builder(mesh.clone()).parameters(parameters).observer(&NoProgress).build().expect("builds");
+        let scene = Scene::builder(mesh.clone())
+            .parameters(parameters)
+            .observer(&NoProgress)
+            .build()
+            .expect("builds");
         let answers: Vec<_> = rays.iter().map(|ray| Answers::by_engine(&scene, ray)).collect();
         compare(&input, &parameters, &judge, &answers);
         compare(&input, &("batch", parameters), &judge, &Answers::by_batch(&scene, rays));

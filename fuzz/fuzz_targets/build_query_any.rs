@@ -3,10 +3,9 @@
 
 #![no_main]
 
-use halfline::builder::BuildParameters;
 use halfline::progress::NoProgress;
 use halfline::textbook::{KdTree, Middle, Termination};
-use halfline::{Scene, brute_force};
+use halfline::{BuildParameters, Scene, brute_force};
 use halfline_fuzz::be_single_threaded;
 use halfline_fuzz::query_input::{QueryInput, Range};
 use libfuzzer_sys::fuzz_target;
@@ -23,13 +22,12 @@ fuzz_target!(|bytes: &[u8]| {
         tree.ray_tree_intersection(ray);
         tree.all(ray, &mut Vec::new());
     }
-    let parameters = BuildParameters {
-        spatial_split_min_triangles: 1 + usize::from(choice >> 4),
-        duplication_budget: f64::from(choice & 15),
-        coarse_grid: choice & 15 == 0,
-        ..BuildParameters::default()
-    };
-    let scene = Scene::builder(mesh).parameters(parameters).observer(&NoProgress).build().expect("builds");
+    let parameters = BuildParameters::default()
+        .with_spatial_split_min_triangles(1 + usize::from(choice >> 4))
+        .with_duplication_budget(f64::from(choice & 15))
+        .with_coarse_grid(choice & 15 == 0);
+    let scene =
+        Scene::builder(mesh).parameters(parameters).observer(&NoProgress).build().expect("builds");
     scene.intersect(&rays);
     scene.occluded(&rays);
     scene.intersect_all(&rays);

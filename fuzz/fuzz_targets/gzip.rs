@@ -33,9 +33,9 @@ const NAMES: [&str; 8] = [
 enum Wrapping {
     /// Compressed in two members, the first of so many bytes.
     Whole { first_member: u8 },
-    /// The same with one byte of the stream changed.
+    /// Compressed in two members, with one byte of the stream changed.
     Damaged { first_member: u8, position: u16, change: u8 },
-    /// The same without the last bytes.
+    /// Compressed in two members, without the last bytes.
     Short { first_member: u8, missing: u8 },
     /// The content is the file.
     Raw,

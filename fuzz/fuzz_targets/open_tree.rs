@@ -10,12 +10,11 @@ use std::panic::{set_hook, take_hook};
 use std::sync::{Once, OnceLock};
 
 use halfline::geometry::vec3;
-use halfline_io::models::{Kind, generate};
 use halfline::progress::NoProgress;
-use halfline::scene::is_guarded;
 use halfline::tree::Verify;
-use halfline::{Error, Ray, Scene};
+use halfline::{Error, Hit, Ray, Scene, is_guarded};
 use halfline_fuzz::{be_single_threaded, place, write};
+use halfline_io::models::{Kind, generate};
 use libfuzzer_sys::fuzz_target;
 use twox_hash::XxHash3_64;
 

@@ -4,8 +4,7 @@ use std::hint::black_box;
 use std::path::Path;
 
 use halfline::progress::NoProgress;
-use halfline::scene::inspect;
-use halfline::{HitF32, Mesh, Ray, RayF32, Scene};
+use halfline::{HitF32, Mesh, Ray, RayF32, Scene, inspect};
 use halfline_io::models::{self, Kind as Shape};
 use serde_json::{Value, json};
 
@@ -116,7 +115,7 @@ impl Answers {
         }
     }
 
-    /// How many are the same, or name another face of the same place.
+    /// How many answers are the same, or name another face of the same place.
     fn agreeing(&self, other: &Answers, is_any: bool) -> usize {
         if is_any {
             self.flags.iter().zip(&other.flags).filter(|(a, b)| a == b).count()

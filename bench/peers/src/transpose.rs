@@ -33,7 +33,7 @@ pub fn has_wide_registers() -> bool {
     is_wide
 }
 
-/// The same on any machine, and for fewer rays than sixteen.
+/// Transposes ray by ray: on any machine, and for fewer rays than sixteen.
 pub fn one_by_one(rays: &[RayF32], rows: &mut Rows) {
     for (lane, ray) in rays.iter().enumerate() {
         for axis in 0..3 {

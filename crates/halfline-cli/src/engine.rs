@@ -4,8 +4,7 @@ use halfline::error::Result;
 use halfline::geometry::{Hit, Ray};
 use halfline::mesh::Mesh;
 use halfline::progress::{Observer, SharedProgress, Stage};
-use halfline::scene::AllHits;
-use halfline::{Scene, brute_force, textbook};
+use halfline::{AllHits, Scene, brute_force, textbook};
 use rayon::prelude::*;
 
 /// Answers batches of rays, in parallel and in the rays' order, reporting [`Stage::Trace`].
@@ -90,10 +89,9 @@ fn each_all(
         cast(ray, &mut hits);
         hits
     })?;
-    let mut all = AllHits { splits: vec![0], hits: Vec::new() };
+    let mut all = AllHits::default();
     for hits in hits_of_rays {
-        all.hits.extend(hits);
-        all.splits.push(all.hits.len());
+        all.push_row(hits);
     }
     Ok(all)
 }

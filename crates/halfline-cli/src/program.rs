@@ -41,7 +41,7 @@ pub fn run_with(arguments: impl IntoIterator<Item = OsString>, host: Option<&dyn
 }
 
 fn execute(arguments: &Arguments, host: Option<&dyn Host>) -> Result<(), Failure> {
-    halfline::scene::quiet_guarded_panics();
+    halfline::quiet_guarded_panics();
     let _listening = interrupt::listen()?;
     let session = Session::start(&arguments.global)?;
     match &arguments.command {

@@ -172,6 +172,7 @@ pub fn name(stage: Stage) -> &'static str {
         Stage::Build => "build",
         Stage::Trace => "trace",
         Stage::Write => "write",
+        _ => "work",
     }
 }
 

@@ -19,20 +19,20 @@ pub trait Report: Serialize {
 #[derive(Clone, Copy, Serialize)]
 #[serde(into = "usize")]
 pub struct Skipped {
-    /// Without area.
+    /// Triangles without area.
     pub degenerate: usize,
-    /// With a coordinate that is NaN or infinite.
+    /// Triangles with a coordinate that is NaN or infinite.
     pub non_finite: usize,
 }
 
 impl Skipped {
-    /// Those of a scene.
+    /// The triangles that were kept out of the tree of a scene.
     pub fn of(scene: &Scene) -> Skipped {
         let tree = scene.tree();
         Skipped { degenerate: tree.skipped_zero_area, non_finite: tree.skipped_non_finite }
     }
 
-    /// All of them.
+    /// How many triangles were kept out in all.
     pub fn total(self) -> usize {
         self.degenerate + self.non_finite
     }

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
-/// Those that may exist now.
+/// The temporary files that may exist now.
 static THERE: Mutex<Vec<PathBuf>> = Mutex::new(Vec::new());
 
 fn there() -> MutexGuard<'static, Vec<PathBuf>> {
@@ -20,7 +20,7 @@ impl Temporary {
         Temporary(path)
     }
 
-    /// Its name.
+    /// The name of the file.
     pub fn path(&self) -> &Path {
         &self.0
     }

@@ -2,11 +2,9 @@
 
 use std::path::Path;
 
-use clap::{Args, ValueEnum};
-use halfline::builder::{BuildParameters, Preset};
-use halfline::error::Result;
-use halfline::progress::Observer;
-use halfline::{Mesh, Scene};
+use clap::Args;
+use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
+use halfline::{Mesh, Observer, Preset, Result, Scene};
 
 use crate::failure::Failure;
 
@@ -14,35 +12,28 @@ use crate::failure::Failure;
 #[derive(Debug, Default, Args)]
 pub struct TreeOptions {
     /// How much time to spend on the tree; the answers are the same [default: balanced]
-    #[arg(long, value_enum, value_name = "NAME")]
-    preset: Option<PresetName>,
+    #[arg(long, value_parser = preset_parser(), value_name = "NAME")]
+    preset: Option<Preset>,
 }
 
-#[derive(Clone, Copy, Debug, ValueEnum)]
-enum PresetName {
-    /// Little: the first picture soonest
-    Fast,
-    /// Some: for about as many rays as there are triangles, and more
-    Balanced,
-    /// Much: the most rays a second
-    Best,
+/// How much time each of [`Preset::ALL`] spends, for the help.
+const PRESET_HELP: [&str; Preset::ALL.len()] = [
+    "Little: the first picture soonest",
+    "Some: for about as many rays as there are triangles, and more",
+    "Much: the most rays a second",
+];
+
+fn preset_parser() -> impl TypedValueParser<Value = Preset> {
+    let values = Preset::ALL.into_iter().zip(PRESET_HELP);
+    let values = values.map(|(preset, help)| PossibleValue::new(preset.name()).help(help));
+    PossibleValuesParser::new(values).try_map(|name| name.parse::<Preset>())
 }
 
 impl TreeOptions {
-    fn preset(&self) -> Preset {
-        match self.preset {
-            Some(PresetName::Fast) => Preset::Fast,
-            Some(PresetName::Balanced) | None => Preset::Balanced,
-            Some(PresetName::Best) => Preset::Best,
-        }
-    }
-
     /// Builds the tree over `mesh`.
     pub fn build(&self, mesh: Mesh, observer: &dyn Observer) -> Result<Scene> {
-        Scene::builder(mesh)
-            .parameters(BuildParameters::preset(self.preset()))
-            .observer(observer)
-            .build()
+        let preset = self.preset.unwrap_or(Preset::Balanced);
+        Scene::builder(mesh).preset(preset).observer(observer).build()
     }
 
     /// Refuses options about a tree that is built already, in the file at `path`.

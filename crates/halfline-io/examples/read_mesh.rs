@@ -68,7 +68,7 @@ fn make(triangles: usize, path: &Path) -> halfline::error::Result<()> {
             [[a, a + 1, a + n + 1], [a + 1, a + n + 2, a + n + 1]]
         })
     });
-    let mesh = Mesh::new(Positions::F32(positions.collect()), faces.collect())?;
+    let mesh = Mesh::new(Positions::F32(positions.collect()), faces.collect::<Vec<_>>())?;
     let start = Instant::now();
     save_ply(&mesh, path, &NoProgress)?;
     println!(

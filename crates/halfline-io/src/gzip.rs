@@ -23,7 +23,7 @@ pub fn inflated_limit(compressed: usize) -> usize {
     compressed.saturating_mul(LARGEST_RATIO).max(ALWAYS_ALLOWED)
 }
 
-/// The first bytes of the content, at most `count`.
+/// The first bytes, at most `count`, of what a gzip stream inflates to.
 pub fn inflate_start(path: &Path, compressed: &[u8], count: usize) -> Result<Vec<u8>> {
     let mut members = Members::new(path, compressed);
     let mut start = vec![0; count];

@@ -17,7 +17,7 @@ fn grid(n: u32) -> Mesh {
         let a = i / n * (n + 1) + i % n;
         [[a, a + 1, a + n + 1], [a + 1, a + n + 2, a + n + 1]]
     });
-    Mesh::new(Positions::F32(positions.into()), triangles.collect()).unwrap()
+    Mesh::new(Positions::F32(positions.into()), triangles.collect::<Vec<_>>()).unwrap()
 }
 
 fn ply_bytes(mesh: &Mesh) -> Vec<u8> {

@@ -1,7 +1,7 @@
 //! NumPy's arrays as the library's slices. What a caller may pass is for `_arrays.py` to check; here
 //! arrive C-contiguous arrays of the machine's byte order, or plain numbers.
 
-use halfline::scene::{Column, Scalars, Vectors};
+use halfline::columns::{Column, Scalars, Vectors};
 use numpy::{PyArrayDyn, PyArrayMethods, PyReadonlyArrayDyn, PyReadwriteArrayDyn};
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;

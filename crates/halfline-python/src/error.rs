@@ -30,7 +30,7 @@ pub fn exception(py: Python, error: Error) -> PyErr {
             None => PyOSError::new_err(format!("{}: {source}", path.display())),
         },
         Error::Format { .. } => FormatError::new_err(error.to_string()),
-        Error::Invalid { .. } => PyValueError::new_err(error.to_string()),
+        _ => PyValueError::new_err(error.to_string()),
     }
 }
 

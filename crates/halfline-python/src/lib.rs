@@ -41,7 +41,7 @@ mod _native {
     #[pymodule_init]
     fn init(module: &Bound<'_, PyModule>) -> PyResult<()> {
         // What a damaged tree file leads to becomes an exception, and needs no message besides.
-        halfline::scene::quiet_guarded_panics();
+        halfline::quiet_guarded_panics();
         module.add("__version__", env!("CARGO_PKG_VERSION"))
     }
 }

@@ -222,7 +222,7 @@ impl Mesh {
         )
     }
 
-    /// The same mesh with extras; what they are must have been got from [`Mesh::extras`].
+    /// This mesh with other extras, which must have been got from [`Mesh::extras`].
     fn with_extras(&self, extras: Extras) -> PyResult<Mesh> {
         let (source_faces, vertex_colors, triangle_materials, materials) = extras;
         let mut mesh = halfline::Mesh::clone(&self.0);

@@ -52,7 +52,7 @@ impl Picture {
         Ok(PyBytes::new(py, &bytes))
     }
 
-    /// All rows.
+    /// Traces all rows, and puts them together.
     #[pyo3(signature = (progress=None, /))]
     fn trace(&self, py: Python, progress: Progress) -> PyResult<Rendering> {
         let rendering = on_pool(py, progress, |observer| {

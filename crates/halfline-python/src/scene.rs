@@ -3,11 +3,10 @@
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use halfline::builder::{BuildParameters, Preset};
-use halfline::scene::{HitColumns, RayColumns};
+use halfline::Preset;
+use halfline::columns::{HitColumns, RayColumns};
 use halfline::tree::Verify;
 use numpy::PyArray1;
-use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
@@ -64,15 +63,10 @@ impl Scene {
     #[staticmethod]
     #[pyo3(signature = (mesh, preset, progress=None, /))]
     fn build(py: Python, mesh: &Mesh, preset: &str, progress: Progress) -> PyResult<Scene> {
-        let known = Preset::ALL.into_iter().find(|known| known.name() == preset);
-        let preset = known.ok_or_else(|| {
-            let names = Preset::ALL.map(|preset| format!("'{}'", preset.name())).join(", ");
-            PyValueError::new_err(format!("preset: expected one of {names}, found '{preset}'"))
-        })?;
+        let preset: Preset = preset.parse().map_err(|error| exception(py, error))?;
         let mesh = mesh.0.clone();
-        let parameters = BuildParameters::preset(preset);
         let scene = on_pool(py, progress, |observer| {
-            halfline::Scene::builder(mesh).parameters(parameters).observer(observer).build()
+            halfline::Scene::builder(mesh).preset(preset).observer(observer).build()
         })?;
         Ok(Scene { scene: Arc::new(scene) })
     }

@@ -195,13 +195,13 @@ impl<'py> Keywords<'py> {
     }
 }
 
-/// That a value is of a type which it cannot have.
+/// The error about a value of a type which it cannot have.
 fn wrong_type(name: &str, expected: &str, value: &Bound<PyAny>) -> PyErr {
     let found = value.get_type().name().map_or_else(|_| "?".into(), |name| name.to_string());
     PyTypeError::new_err(format!("{name}: expected {expected}, found {found}"))
 }
 
-/// That a value makes no sense.
+/// The error about a value that makes no sense.
 fn wrong_value(name: &str, expected: &str, value: &Bound<PyAny>) -> PyErr {
     let found = value.repr().map_or_else(|_| "?".into(), |text| text.to_string());
     PyValueError::new_err(format!("{name}: {expected}, found {found}"))

@@ -81,7 +81,7 @@ fn check_origin(settings: &RenderSettings, fingerprint: u64, part: &Rows) -> Res
     Ok(())
 }
 
-/// The first rows in a row that are there, or that are not.
+/// The first run of rows that are all there, or that are all missing.
 fn first_run(is_there: &[bool], wanted: bool) -> Option<Range<u32>> {
     let start = is_there.iter().position(|&there| there == wanted)?;
     let length = is_there[start..].iter().take_while(|&&there| there == wanted).count();

@@ -1,4 +1,4 @@
-//! Pictures of triangle meshes, traced with halfline.
+#![doc = include_str!("../README.md")]
 
 mod assemble;
 mod camera;

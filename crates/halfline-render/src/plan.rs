@@ -125,10 +125,11 @@ impl<S: Deref<Target = Scene>> Plan<S> {
         self.trace_rows_by(&*self.scene, rows, observer)
     }
 
-    /// The same with another's answers to all rays, but for those whose steps are counted.
+    /// Traces `rows` as [`Plan::trace_rows`] does, with another's answers to all rays, but for
+    /// those whose steps are counted.
     ///
     /// # Errors
-    /// As [`Plan::trace_rows`].
+    /// Those of [`Plan::trace_rows`].
     pub fn trace_rows_by(
         &self,
         intersector: &dyn Intersector,
@@ -199,7 +200,7 @@ impl<S: Deref<Target = Scene>> Plan<S> {
         }
     }
 
-    /// The same picture in tiles of another size.
+    /// This picture in tiles of another size.
     #[cfg(test)]
     pub(crate) fn with_batch(self, batch: usize) -> Plan<S> {
         Plan { batch, ..self }

@@ -6,20 +6,20 @@ use std::ops::AddAssign;
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub struct RayCounts {
-    /// From the eye.
+    /// Rays from the eye.
     pub primary: u64,
-    /// From a surface into its surroundings, to see how much sky it gets.
+    /// Rays from a surface into its surroundings, to see how much sky it gets.
     pub occlusion: u64,
-    /// From a surface to a light.
+    /// Rays from a surface to a light.
     pub shadow: u64,
-    /// From a mirror.
+    /// Rays from a mirror.
     pub reflection: u64,
-    /// Through glass.
+    /// Rays through glass.
     pub refraction: u64,
 }
 
 impl RayCounts {
-    /// All of them.
+    /// The number of all rays.
     pub fn total(&self) -> u64 {
         [self.occlusion, self.shadow, self.reflection, self.refraction]
             .into_iter()

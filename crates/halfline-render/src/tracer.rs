@@ -2,8 +2,8 @@
 
 use halfline::error::Result;
 use halfline::geometry::{Hit, Ray};
+use halfline::inspect::RayCounters;
 use halfline::progress::Observer;
-use halfline::scene::RayCounters;
 
 use crate::statistics::RayCounts;
 use crate::world::{Surface, World};

@@ -18,11 +18,11 @@ pub(crate) struct World<'a> {
     pub(crate) ground: Option<GroundPlane>,
     /// The model's up axis.
     pub(crate) up: Vec3,
-    /// Instead of all that the mesh says.
+    /// The material of all faces, instead of what the mesh says.
     pub(crate) material: Option<Material>,
-    /// Of faces to which the mesh gives none.
+    /// The material of faces to which the mesh gives none.
     pub(crate) default_material: Material,
-    /// Those of the mesh, every value brought into its range.
+    /// The materials of the mesh, every value brought into its range.
     pub(crate) materials: &'a [Material],
     /// True if light may pass through anything.
     pub(crate) has_clear_material: bool,

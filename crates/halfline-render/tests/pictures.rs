@@ -7,8 +7,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use halfline::geometry::{NO_FACE, vec3};
 use halfline::mesh::Positions;
 use halfline::progress::{NoProgress, Observer, Stage};
-use halfline::simd::Level;
-use halfline::{Error, Mesh, Ray, Scene};
+use halfline::{Error, Level, Mesh, Ray, Scene};
 use halfline_render::{
     Background, Camera, Ground, GroundSurface, Light, Projection, RenderSettings, Rendering,
     Shading, Up, render,

@@ -45,9 +45,9 @@ pub struct Experience(Vec<Cost>);
 pub struct Cost {
     /// Triangles of the mesh.
     pub triangles: usize,
-    /// Seconds to build it.
+    /// Seconds to build the tree.
     pub seconds: f64,
-    /// Its bytes.
+    /// Bytes of the tree.
     pub bytes: f64,
 }
 

@@ -20,14 +20,14 @@ pub struct CacheEnd {
     pub steps: Vec<(f64, f64)>,
     /// The least nanoseconds that a visit costs at any size.
     pub floor: f64,
-    /// The first size beyond that of the floor from which on a visit costs 1.25 times as much at
+    /// The smallest size beyond that of the floor from which on a visit costs 1.25 times as much at
     /// least; `None` if there is none.
     pub end: Option<End>,
     /// At the largest size: its triangles, and by how much a visit costs more than at the floor.
     pub largest: (usize, f64),
 }
 
-/// The first size that is too large for the cache.
+/// The smallest size that is too large for the cache.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct End {
     /// Triangles of the mesh.

@@ -6,9 +6,8 @@ use halfline::error::Result;
 use halfline::explain::Rule;
 use halfline::geometry::{Hit, Ray};
 use halfline::progress::Observer;
-use halfline::scene::inspect;
 use halfline::textbook::{KdTree, Node, Visits};
-use halfline::{Mesh, Scene, brute_force};
+use halfline::{Mesh, Scene, brute_force, inspect};
 
 /// A way to find closest hits.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -17,7 +16,7 @@ pub enum Engine {
     BruteForce,
     /// The lecture's kd-tree, split by one of its rules.
     Textbook(Rule),
-    /// halfline's own.
+    /// The engine of halfline.
     Fast,
 }
 
@@ -31,7 +30,7 @@ impl Engine {
         Engine::Fast,
     ];
 
-    /// Its name in figures.
+    /// The name of the engine in figures.
     pub const fn name(self) -> &'static str {
         match self {
             Engine::BruteForce => "brute",
@@ -40,7 +39,7 @@ impl Engine {
         }
     }
 
-    /// Its name in sentences.
+    /// The name of the engine in sentences.
     pub const fn title(self) -> &'static str {
         match self {
             Engine::BruteForce => "brute force",
@@ -58,7 +57,7 @@ pub enum Ready<'mesh> {
     BruteForce(&'mesh Mesh),
     /// One of the textbook's trees.
     Textbook(KdTree<'mesh>),
-    /// halfline's own.
+    /// A scene of halfline.
     Fast(Box<Scene>),
 }
 
@@ -147,12 +146,12 @@ fn one_by_one(
     Ok(hits)
 }
 
-/// halfline's own tree over the mesh.
+/// Builds the tree of halfline over the mesh.
 ///
 /// # Errors
-/// Those of [`Scene::build`].
+/// Those of [`SceneBuilder::build`](halfline::SceneBuilder::build).
 pub fn build_fast(mesh: &Arc<Mesh>, observer: &dyn Observer) -> Result<Ready<'static>> {
-    let parameters = halfline::builder::BuildParameters::default();
+    let parameters = halfline::BuildParameters::default();
     Ok(Ready::Fast(Box::new(
         Scene::builder(Arc::clone(mesh)).parameters(parameters).observer(observer).build()?,
     )))

@@ -24,11 +24,11 @@ pub enum Family {
 }
 
 impl Family {
-    /// Those that are studied if nobody chooses: one surface at many resolutions, random triangles, and
-    /// two that are hard.
+    /// The kinds that are studied if nobody chooses: one surface at many resolutions, random
+    /// triangles, and two that are hard.
     pub const USUAL: [Kind; 4] = [Kind::Scan, Kind::Soup, Kind::Layers, Kind::Sticks];
 
-    /// Its name.
+    /// The name of the family.
     pub fn name(&self) -> &str {
         match self {
             Family::Generated(kind) => kind.name(),
@@ -36,7 +36,7 @@ impl Family {
         }
     }
 
-    /// What it is, in some words.
+    /// What the family is, in some words.
     pub fn description(&self) -> String {
         match self {
             Family::Generated(Kind::Scan) => "one closed surface at many resolutions".into(),
@@ -78,10 +78,10 @@ impl Family {
         sizes
     }
 
-    /// Its mesh of so many triangles, or all of a user's mesh that has fewer.
+    /// The family's mesh of so many triangles, or all of a user's mesh that has fewer.
     ///
     /// # Errors
-    /// As [`Family::mesh`].
+    /// Those of [`Family::mesh`].
     pub fn mesh_of_at_most(&self, triangles: usize, observer: &dyn Observer) -> Result<Arc<Mesh>> {
         match self {
             Family::Own { mesh, .. } if mesh.triangle_count() <= triangles => Ok(Arc::clone(mesh)),
@@ -89,7 +89,7 @@ impl Family {
         }
     }
 
-    /// Its mesh of about `triangles` triangles.
+    /// The family's mesh of about `triangles` triangles.
     ///
     /// # Errors
     /// Those of [`models::generate`].

@@ -12,15 +12,15 @@
 /// How something grows.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Law {
-    /// It does not grow.
+    /// The cost does not grow.
     Constant,
-    /// Like log n.
+    /// The cost grows like log n.
     Logarithm,
-    /// Like n^(1/3).
+    /// The cost grows like n^(1/3).
     CubeRoot,
-    /// Like n^(1/2).
+    /// The cost grows like n^(1/2).
     SquareRoot,
-    /// Like n.
+    /// The cost grows like n.
     Linear,
 }
 
@@ -29,7 +29,7 @@ impl Law {
     pub const ALL: [Law; 5] =
         [Law::Constant, Law::Logarithm, Law::CubeRoot, Law::SquareRoot, Law::Linear];
 
-    /// Its name.
+    /// The name of the law.
     pub const fn name(self) -> &'static str {
         match self {
             Law::Constant => "constant",
@@ -40,7 +40,7 @@ impl Law {
         }
     }
 
-    /// Its value at n; the logarithm is that to base 2.
+    /// The value of the law at n; the logarithm is that to base 2.
     pub fn at(self, n: f64) -> f64 {
         match self {
             Law::Constant => 1.0,
@@ -114,7 +114,7 @@ impl Fits {
         Some(Fits { ranked, points: points.len() })
     }
 
-    /// The best.
+    /// The law that describes the measurements best.
     pub fn best(&self) -> &Fit {
         &self.ranked[0]
     }

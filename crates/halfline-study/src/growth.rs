@@ -10,11 +10,11 @@ use super::measure::{Measurement, RayCost};
 pub enum Quantity {
     /// Inner nodes and leaves that a ray visits.
     Steps,
-    /// Leaves alone.
+    /// Leaves that a ray visits.
     Leaves,
-    /// Triangles that it is tested against.
+    /// Triangles that a ray is tested against.
     Triangles,
-    /// Nanoseconds.
+    /// Nanoseconds that a ray takes.
     Time,
 }
 
@@ -23,7 +23,7 @@ impl Quantity {
     pub const ALL: [Quantity; 4] =
         [Quantity::Steps, Quantity::Leaves, Quantity::Triangles, Quantity::Time];
 
-    /// Its name.
+    /// The name of the quantity.
     pub const fn name(self) -> &'static str {
         match self {
             Quantity::Steps => "steps",
@@ -33,7 +33,7 @@ impl Quantity {
         }
     }
 
-    /// Its value.
+    /// The value of the quantity.
     pub fn of(self, cost: &RayCost) -> f64 {
         match self {
             Quantity::Steps => cost.steps(),
@@ -51,7 +51,7 @@ pub struct Growth {
     pub engine: Engine,
     /// What grows.
     pub quantity: Quantity,
-    /// How; `None` if too few meshes were measured, or the quantity is always 0.
+    /// How the quantity grows; `None` if too few meshes were measured, or the quantity is always 0.
     pub fits: Option<Fits>,
 }
 

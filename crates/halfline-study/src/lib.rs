@@ -62,17 +62,18 @@ pub struct Settings {
     pub turns: usize,
     /// Rays of a turn at most.
     pub rays_per_turn: usize,
-    /// And no more than fill so many seconds.
+    /// Seconds that the rays of a turn fill at most.
     pub turn_seconds: f64,
-    /// But so many in all turns together.
+    /// Rays of all turns together at least.
     pub fewest_rays: usize,
-    /// Where these would take brute force more seconds, it is extrapolated.
+    /// Seconds that brute force may take; where the fewest rays would take it more, it is
+    /// extrapolated.
     pub brute_seconds: f64,
     /// What each of the textbook's trees may take.
     pub budget: Budget,
     /// Pixels of the sides of the picture whose time is divided.
     pub picture: [u32; 2],
-    /// Seconds for which it is drawn again and again.
+    /// Seconds for which the picture is drawn again and again.
     pub picture_seconds: f64,
 }
 
@@ -156,7 +157,7 @@ pub struct Study {
 pub struct FamilyStudy {
     /// The family.
     pub family: Family,
-    /// Its sizes, in rising order.
+    /// The sizes of the family, in rising order.
     pub samples: Vec<Sample>,
 }
 

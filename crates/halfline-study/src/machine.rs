@@ -11,7 +11,7 @@ pub struct Cache {
     pub bytes: u64,
 }
 
-/// The machine.
+/// What a machine is made of, as far as it matters for a study.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Machine {
     /// The processor's name.
@@ -27,7 +27,7 @@ pub struct Machine {
 }
 
 impl Machine {
-    /// This one.
+    /// The machine on which the process runs.
     pub fn this() -> Machine {
         Machine {
             processor: processor(),

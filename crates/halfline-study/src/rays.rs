@@ -3,7 +3,7 @@
 use halfline::geometry::random::Random;
 use halfline::geometry::{Aabb, Ray, vec3};
 
-/// The same rays for the same box, whatever else is measured.
+/// A constant seed, so that a box always gets the same rays, whatever else is measured.
 const SEED: u64 = 1;
 
 /// `count` half-lines that know nothing of each other. Each starts at a random point of the sphere

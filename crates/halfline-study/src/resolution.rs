@@ -6,7 +6,7 @@ use halfline::geometry::random::Random;
 use halfline::mesh::Positions;
 use halfline::progress::Observer;
 
-/// The same faces are drawn every time.
+/// A constant seed, so that the same faces are drawn every time.
 const SEED: u64 = 2;
 
 /// Faces that are looked at between two looks at the observer.

@@ -9,7 +9,7 @@ use super::growth::Quantity;
 pub struct SpeedUp {
     /// The engine with the tree.
     pub engine: Engine,
-    /// Triangles.
+    /// Triangles of the mesh.
     pub triangles: usize,
     /// Nanoseconds of brute force.
     pub brute: Side,
@@ -17,7 +17,7 @@ pub struct SpeedUp {
     pub tree: Side,
 }
 
-/// One of the two.
+/// What a ray costs by brute force, or by a tree.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Side {
     /// Nanoseconds a ray.

@@ -9,7 +9,7 @@ use std::time::Duration;
 pub struct Stopwatch(Duration);
 
 impl Stopwatch {
-    /// Starts.
+    /// Starts the stopwatch.
     pub fn start() -> Stopwatch {
         Stopwatch(now())
     }

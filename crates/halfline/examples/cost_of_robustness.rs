@@ -10,8 +10,7 @@ use std::path::Path;
 use std::time::Instant;
 
 use halfline::progress::NoProgress;
-use halfline::scene::inspect;
-use halfline::{HitF32, RayF32, Scene, Vec3};
+use halfline::{HitF32, RayF32, Scene, Vec3, inspect};
 
 const RAYS: usize = 400_000;
 

@@ -5,10 +5,9 @@
 use std::path::Path;
 use std::time::Instant;
 
-use halfline::builder::BuildParameters;
+use halfline::inspect::RayCounters;
 use halfline::progress::NoProgress;
-use halfline::scene::RayCounters;
-use halfline::{Ray, Scene, Vec3};
+use halfline::{BuildParameters, Ray, Scene, Vec3};
 
 fn main() -> halfline::error::Result<()> {
     let arguments: Vec<String> = std::env::args().skip(1).collect();

@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 /// What can go wrong. Each variant prints as one line that names the file or argument, the place
 /// in it, and the reason.
 #[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
 pub enum Error {
     /// The operating system refused to open, read, map or write a file.
     #[error("{}: {source}", path.display())]

@@ -4,7 +4,8 @@ use std::sync::atomic::{AtomicU64, Ordering};
 
 use crate::error::{Error, Result};
 
-/// The long stages of the work.
+/// The long stages of the work. There may be more of them in time.
+#[non_exhaustive]
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Stage {
     /// Reading a mesh file, or generating a mesh.
@@ -20,6 +21,28 @@ pub enum Stage {
 }
 
 /// Is told of progress and may ask for the end. Called from any thread, so it must be quick.
+///
+/// ```
+/// use std::sync::atomic::{AtomicBool, Ordering};
+///
+/// use halfline::Observer;
+/// use halfline::progress::Stage;
+///
+/// /// Prints how far the work is, until somebody sets the flag.
+/// struct Printer<'a> {
+///     stop: &'a AtomicBool,
+/// }
+///
+/// impl Observer for Printer<'_> {
+///     fn report(&self, stage: Stage, done: u64, total: u64) {
+///         eprintln!("{stage:?}: {done} of {total}");
+///     }
+///
+///     fn cancelled(&self) -> bool {
+///         self.stop.load(Ordering::Relaxed)
+///     }
+/// }
+/// ```
 pub trait Observer: Sync {
     /// `done` of `total` units of `stage` are finished. Within one stage `done` never falls by
     /// the same caller; several threads may report out of order.

@@ -1,5 +1,6 @@
 //! What users hold: a mesh with its tree, and the questions one can ask it.
 
+use std::fmt;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -7,7 +8,7 @@ use std::sync::{Arc, Once};
 use std::time::{Duration, Instant};
 
 use crate::batch;
-pub use crate::batch::{AllHitColumns, AllHits, BatchRay, WorkCounts};
+pub use crate::batch::{AllHitColumns, AllHits, AllHitsIter, BatchRay};
 use crate::builder::{self, BuildParameters, Preset};
 use crate::error::Result;
 use crate::geometry::{Hit, HitF32, Ray, RayF32};
@@ -16,10 +17,10 @@ use crate::numeric::SurfacePoint;
 use crate::progress::{NoProgress, Observer};
 pub use crate::rays::{Column, RayColumns, Scalars, Vectors};
 use crate::simd::Level;
-use crate::traverse::{self, Target};
-pub use crate::traverse::{Caster, HitColumns, LeafVerdict, RayCounters, Visit};
+use crate::traverse::Target;
+pub use crate::traverse::{Caster, HitColumns};
 use crate::tree::file as tree_file;
-use crate::tree::{LeafBlock, Tree, TreeFile, TreeStatistics, Verify};
+use crate::tree::{Tree, TreeFile, TreeStatistics, Verify};
 
 /// A mesh and the tree over it, ready for rays.
 ///
@@ -44,7 +45,7 @@ pub struct Scene {
 /// How many calls of [`Scene::guarded`] are under way for scenes from files.
 static GUARDED: AtomicUsize = AtomicUsize::new(0);
 
-/// One of them.
+/// A call of [`Scene::guarded`] that is under way, for a scene from a file.
 struct Guarded;
 
 impl Guarded {
@@ -103,10 +104,10 @@ impl Scene {
     /// [`Error::Format`](crate::Error::Format) if it is not a tree, or one of another version, cut short
     /// or damaged; [`Error::Interrupted`](crate::Error::Interrupted); and
     /// [`Error::Invalid`](crate::Error::Invalid) as [`SceneBuilder::build`] for the instruction set.
-    pub fn open(path: &Path, verify: Verify, observer: &dyn Observer) -> Result<Scene> {
+    pub fn open(path: impl AsRef<Path>, verify: Verify, observer: &dyn Observer) -> Result<Scene> {
         let level = Level::chosen()?;
         let tree_file::Opened { mesh, tree, parameters, build_time, file } =
-            tree_file::open(path, verify, observer)?;
+            tree_file::open(path.as_ref(), verify, observer)?;
         Ok(Scene { mesh: Arc::new(mesh), tree, parameters, build_time, level, file: Some(file) })
     }
 
@@ -116,7 +117,8 @@ impl Scene {
     ///
     /// # Errors
     /// [`Error::Io`](crate::Error::Io), [`Error::Interrupted`](crate::Error::Interrupted).
-    pub fn save(&self, path: &Path, observer: &dyn Observer) -> Result<()> {
+    pub fn save(&self, path: impl AsRef<Path>, observer: &dyn Observer) -> Result<()> {
+        let path = path.as_ref();
         self.guarded(|| {
             let Scene { mesh, tree, parameters, build_time, file, .. } = self;
             let source = file.as_ref();
@@ -144,12 +146,12 @@ impl Scene {
         outcome.unwrap_or_else(|_| Err(file.damaged()))
     }
 
-    /// The mesh.
+    /// The mesh that the scene answers for.
     pub fn mesh(&self) -> &Arc<Mesh> {
         &self.mesh
     }
 
-    /// The tree.
+    /// The tree over the mesh.
     pub fn tree(&self) -> &Tree {
         &self.tree
     }
@@ -189,7 +191,8 @@ impl Scene {
         Caster::new(self.target())
     }
 
-    /// The same questions with progress, to be ended by `observer`, and for rays and answers in columns.
+    /// The questions that a scene answers, with progress reported to `observer`, who may end the work; and those for
+    /// rays and answers in columns.
     pub fn observed<'a>(&'a self, observer: &'a dyn Observer) -> Observed<'a> {
         Observed { scene: self, observer }
     }
@@ -232,6 +235,19 @@ impl Scene {
     pub fn surface_point(&self, hit: &Hit) -> SurfacePoint {
         assert!(hit.is_hit(), "a miss has no point");
         SurfacePoint::on_triangle(self.mesh.corners(hit.face), hit.u, hit.v)
+    }
+}
+
+/// In figures, and not triangle by triangle.
+impl fmt::Debug for Scene {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Scene")
+            .field("triangles", &self.mesh.triangle_count())
+            .field("vertices", &self.mesh.positions().len())
+            .field("parameters", &self.parameters)
+            .field("level", &self.level)
+            .field("file", &self.file.as_ref().map(TreeFile::path))
+            .finish_non_exhaustive()
     }
 }
 
@@ -289,76 +305,84 @@ pub struct Observed<'a> {
 }
 
 impl Observed<'_> {
-    /// [`Scene::intersect`].
+    /// Answers as [`Scene::intersect`] does.
     ///
     /// # Errors
-    /// See [`Observed`].
+    /// [`Error::Interrupted`](crate::Error::Interrupted) and [`Error::Format`](crate::Error::Format), as
+    /// [`Observed`] tells.
     pub fn intersect<R: BatchRay>(&self, rays: &[R]) -> Result<Vec<Hit>> {
         let mut hits = vec![Hit::MISS; rays.len()];
         self.intersect_into(rays, &mut hits)?;
         Ok(hits)
     }
 
-    /// [`Scene::intersect`] into memory that is there.
+    /// Answers as [`Scene::intersect`] does, into memory that is there.
     ///
     /// # Errors
-    /// See [`Observed`].
+    /// [`Error::Interrupted`](crate::Error::Interrupted) and [`Error::Format`](crate::Error::Format), as
+    /// [`Observed`] tells.
     pub fn intersect_into<R: BatchRay>(&self, rays: &[R], hits: &mut [Hit]) -> Result<()> {
         let Observed { scene, observer } = *self;
         scene.guarded(|| batch::intersect(scene.target(), R::source(rays), hits, observer))
     }
 
-    /// [`Scene::intersect_f32`].
+    /// Answers as [`Scene::intersect_f32`] does.
     ///
     /// # Errors
-    /// See [`Observed`].
+    /// [`Error::Interrupted`](crate::Error::Interrupted) and [`Error::Format`](crate::Error::Format), as
+    /// [`Observed`] tells.
     pub fn intersect_f32(&self, rays: &[RayF32]) -> Result<Vec<HitF32>> {
         let mut hits = vec![HitF32::MISS; rays.len()];
         self.intersect_f32_into(rays, &mut hits)?;
         Ok(hits)
     }
 
-    /// [`Scene::intersect_f32`] into memory that is there.
+    /// Answers as [`Scene::intersect_f32`] does, into memory that is there.
     ///
     /// # Errors
-    /// See [`Observed`].
+    /// [`Error::Interrupted`](crate::Error::Interrupted) and [`Error::Format`](crate::Error::Format), as
+    /// [`Observed`] tells.
     pub fn intersect_f32_into(&self, rays: &[RayF32], hits: &mut [HitF32]) -> Result<()> {
         let Observed { scene, observer } = *self;
         scene.guarded(|| batch::intersect_f32(scene.target(), RayF32::source(rays), hits, observer))
     }
 
-    /// [`Scene::occluded`].
+    /// Answers as [`Scene::occluded`] does.
     ///
     /// # Errors
-    /// See [`Observed`].
+    /// [`Error::Interrupted`](crate::Error::Interrupted) and [`Error::Format`](crate::Error::Format), as
+    /// [`Observed`] tells.
     pub fn occluded<R: BatchRay>(&self, rays: &[R]) -> Result<Vec<bool>> {
         let mut flags = vec![false; rays.len()];
         self.occluded_into(rays, &mut flags)?;
         Ok(flags)
     }
 
-    /// [`Scene::occluded`] into memory that is there.
+    /// Answers as [`Scene::occluded`] does, into memory that is there.
     ///
     /// # Errors
-    /// See [`Observed`].
+    /// [`Error::Interrupted`](crate::Error::Interrupted) and [`Error::Format`](crate::Error::Format), as
+    /// [`Observed`] tells.
     pub fn occluded_into<R: BatchRay>(&self, rays: &[R], flags: &mut [bool]) -> Result<()> {
         let Observed { scene, observer } = *self;
         scene.guarded(|| batch::occluded(scene.target(), R::source(rays), flags, observer))
     }
 
-    /// [`Scene::intersect_all`].
+    /// Answers as [`Scene::intersect_all`] does.
     ///
     /// # Errors
-    /// See [`Observed`].
+    /// [`Error::Interrupted`](crate::Error::Interrupted) and [`Error::Format`](crate::Error::Format), as
+    /// [`Observed`] tells.
     pub fn intersect_all<R: BatchRay>(&self, rays: &[R]) -> Result<AllHits> {
         let Observed { scene, observer } = *self;
         scene.guarded(|| batch::find_all_hits(scene.target(), R::source(rays), observer))
     }
 
-    /// [`Scene::count_intersections`].
+    /// Answers as [`Scene::count_intersections`] does.
     ///
     /// # Errors
-    /// See [`Observed`].
+    /// [`Error::Interrupted`](crate::Error::Interrupted) and [`Error::Format`](crate::Error::Format), as
+    /// [`Observed`] tells.
     pub fn count_intersections<R: BatchRay>(&self, rays: &[R]) -> Result<Vec<usize>> {
         let Observed { scene, observer } = *self;
         let mut counts = vec![0; rays.len()];
@@ -368,38 +392,42 @@ impl Observed<'_> {
         Ok(counts)
     }
 
-    /// [`Scene::intersect`] for rays and answers in columns. Few rays, up to some thousand, are cast by the
-    /// calling thread itself; so it is with all that takes columns.
+    /// Answers as [`Scene::intersect`] does, for rays and answers in columns. Few rays, up to some thousand,
+    /// are cast by the calling thread itself; so it is with all that takes columns.
     ///
     /// # Errors
-    /// See [`Observed`].
+    /// [`Error::Interrupted`](crate::Error::Interrupted) and [`Error::Format`](crate::Error::Format), as
+    /// [`Observed`] tells.
     pub fn intersect_columns(&self, rays: &RayColumns, hits: HitColumns) -> Result<()> {
         let Observed { scene, observer } = *self;
         scene.guarded(|| batch::intersect_columns(scene.target(), (*rays).into(), hits, observer))
     }
 
-    /// [`Scene::occluded`] for rays in columns.
+    /// Answers as [`Scene::occluded`] does, for rays in columns.
     ///
     /// # Errors
-    /// See [`Observed`].
+    /// [`Error::Interrupted`](crate::Error::Interrupted) and [`Error::Format`](crate::Error::Format), as
+    /// [`Observed`] tells.
     pub fn occluded_columns(&self, rays: &RayColumns, flags: &mut [bool]) -> Result<()> {
         let Observed { scene, observer } = *self;
         scene.guarded(|| batch::occluded(scene.target(), (*rays).into(), flags, observer))
     }
 
-    /// [`Scene::count_intersections`] for rays in columns.
+    /// Answers as [`Scene::count_intersections`] does, for rays in columns.
     ///
     /// # Errors
-    /// See [`Observed`].
+    /// [`Error::Interrupted`](crate::Error::Interrupted) and [`Error::Format`](crate::Error::Format), as
+    /// [`Observed`] tells.
     pub fn count_intersections_columns(&self, rays: &RayColumns, counts: &mut [i64]) -> Result<()> {
         let Observed { scene, observer } = *self;
         scene.guarded(|| batch::count_hits(scene.target(), (*rays).into(), counts, observer))
     }
 
-    /// [`Scene::intersect_all`] for rays and answers in columns.
+    /// Answers as [`Scene::intersect_all`] does, for rays and answers in columns.
     ///
     /// # Errors
-    /// See [`Observed`].
+    /// [`Error::Interrupted`](crate::Error::Interrupted) and [`Error::Format`](crate::Error::Format), as
+    /// [`Observed`] tells.
     pub fn intersect_all_columns(&self, rays: &RayColumns) -> Result<AllHitColumns> {
         let Observed { scene, observer } = *self;
         scene.guarded(|| batch::find_all_hits_columns(scene.target(), (*rays).into(), observer))
@@ -408,9 +436,11 @@ impl Observed<'_> {
 
 /// Looks inside, for explanations, measurements and tests.
 pub mod inspect {
-    use super::{
-        BatchRay, Hit, LeafBlock, LeafVerdict, Ray, Scene, Visit, WorkCounts, batch, traverse,
-    };
+    use super::{BatchRay, Hit, Ray, Scene};
+    pub use crate::batch::WorkCounts;
+    pub use crate::traverse::{LeafVerdict, RayCounters, Visit};
+    use crate::tree::LeafBlock;
+    use crate::{batch, traverse};
 
     /// What single precision knows about a ray and a leaf of the tree, as batches ask it; what it leaves
     /// open they decide more closely. `None` if the ray does not meet the box of all that can be hit.

@@ -3,9 +3,8 @@
 mod common;
 
 use common::{Random, check_structure, soup};
-use halfline::builder::{BuildParameters, Preset};
 use halfline::progress::NoProgress;
-use halfline::{Ray, Scene, Vec3, brute_force};
+use halfline::{BuildParameters, Preset, Ray, Scene, Vec3, brute_force};
 use halfline_io::models::{Kind, generate};
 use peak_alloc::PeakAlloc;
 

@@ -18,13 +18,13 @@ use halfline::progress::SharedProgress;
 /// What a face is by itself.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum FaceKind {
-    /// It has an area.
+    /// The face has an area.
     Sound,
-    /// Its corners are apart and on one line.
+    /// The corners of the face are apart and on one line.
     OnLine,
-    /// Two of its corners are in one place.
+    /// Two corners of the face are in one place.
     Collapsed,
-    /// A corner is infinite or NaN.
+    /// A corner of the face is infinite or NaN.
     NonFinite,
 }
 

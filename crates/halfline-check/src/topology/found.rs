@@ -6,9 +6,9 @@ const EXAMPLES: usize = 5;
 /// How often a defect was found, and where first.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Found {
-    /// How often.
+    /// How often the defect was found.
     pub count: usize,
-    /// The lowest indices, at most five, of triangles that have it; rising.
+    /// The lowest indices, at most five, of triangles that have the defect; rising.
     pub first_faces: Vec<u32>,
 }
 

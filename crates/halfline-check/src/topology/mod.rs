@@ -102,11 +102,11 @@ pub struct Topology {
 /// To which side the fronts of a closed surface look.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Facing {
-    /// Away from what the surface encloses.
+    /// The fronts look away from what the surface encloses.
     Outward,
-    /// Inside out.
+    /// The fronts look towards what the surface encloses: it is inside out.
     Inward,
-    /// It encloses nothing, or too little to tell in double precision.
+    /// The surface encloses nothing, or too little to tell in double precision.
     Neither,
 }
 
@@ -168,16 +168,16 @@ impl Topology {
 pub enum Target {
     /// A vertex.
     Vertex {
-        /// A face that has it.
+        /// A face that has the vertex.
         face: u32,
-        /// Which of its corners it is.
+        /// Which corner of the face the vertex is.
         corner: u32,
     },
     /// The middle of an edge.
     EdgeMidpoint {
-        /// A face that has it.
+        /// A face that has the edge.
         face: u32,
-        /// Its edge from this corner to the next.
+        /// Which edge of the face it is: that from the corner of this number to the next.
         edge: u32,
     },
 }

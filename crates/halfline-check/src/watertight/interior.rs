@@ -6,10 +6,10 @@
 
 use super::{Quiet, Random, grid, snapped};
 use crate::topology::Topology;
+use halfline::Scene;
 use halfline::error::Result;
 use halfline::geometry::{Ray, Vec3};
 use halfline::progress::Observer;
-use halfline::scene::Scene;
 
 /// Lines that are looked along. Each crosses the surface, and half of those through a body find
 /// its inside at once, so that a few would do; more find roomier places.

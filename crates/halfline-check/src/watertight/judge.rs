@@ -7,11 +7,11 @@ use halfline::mesh::Mesh;
 /// What is wrong with a ray's hits.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Wrong {
-    /// It hits nothing, though it must.
+    /// The ray hits nothing, though it must.
     pub leak: bool,
-    /// Its crossings are even in number, though it begins inside.
+    /// The crossings of the ray are even in number, though it begins inside.
     pub parity: bool,
-    /// It hits something, but behind what it must meet first.
+    /// The ray hits something, but behind what it must meet first.
     pub late: bool,
 }
 

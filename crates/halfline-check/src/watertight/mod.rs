@@ -19,11 +19,11 @@ mod judge;
 use std::time::{Duration, Instant};
 
 use crate::topology::{Target, Topology};
+use halfline::Scene;
 use halfline::error::Result;
 use halfline::geometry::random::{Random, mix};
 use halfline::geometry::{Aabb, Ray, Vec3};
 use halfline::progress::{Observer, Part};
-use halfline::scene::Scene;
 
 pub use judge::Wrong;
 use judge::{certainly_meets, judge};
@@ -67,7 +67,7 @@ pub struct LeakReport {
     pub wrong_parities: u64,
     /// Rays whose closest hit lies behind one that is nearer.
     pub late_hits: u64,
-    /// The first rays that did any of it, at most five.
+    /// The first rays, at most five, that hit nothing, crossed wrongly or hit too late.
     pub examples: Vec<Example>,
     /// How long the question for the closest hits took.
     pub closest_time: Duration,

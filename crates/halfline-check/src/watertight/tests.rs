@@ -166,7 +166,7 @@ fn torus(around: u32, through: u32) -> Mesh {
         let [a, b, c, d] = [vertex(i, j), vertex(i + 1, j), vertex(i + 1, j + 1), vertex(i, j + 1)];
         [[a, b, c], [a, c, d]]
     });
-    Mesh::new(Positions::F64(vertices.collect()), triangles.collect()).unwrap()
+    Mesh::new(Positions::F64(vertices.collect()), triangles.collect::<Vec<_>>()).unwrap()
 }
 
 #[test]

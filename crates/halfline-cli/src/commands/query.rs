@@ -5,11 +5,11 @@ use std::path::PathBuf;
 use std::time::Instant;
 
 use clap::{Args, ValueEnum};
+use halfline::AllHits;
 use halfline::explain::Rule;
 use halfline::geometry::{Hit, Ray};
 use halfline::mesh::Mesh;
 use halfline::progress::{Observer, Part, Stage};
-use halfline::scene::AllHits;
 use halfline::textbook::{KdTree, Termination};
 use serde::Serialize;
 
@@ -156,7 +156,7 @@ impl Run<'_> {
     ) -> Result<(), Failure> {
         let mut answers = match (self.options.any, self.options.all) {
             (true, _) => Answers::Any(Vec::new()),
-            (_, true) => Answers::All(AllHits { splits: vec![0], hits: Vec::new() }),
+            (_, true) => Answers::All(AllHits::default()),
             _ => Answers::Closest(Vec::new()),
         };
         let (mut batch, mut invalid_rays, mut trace_seconds) = (Vec::new(), 0, 0.0);
@@ -284,7 +284,7 @@ impl Answers {
         let count = match self {
             Answers::Closest(hits) => hits.iter().filter(|hit| hit.is_hit()).count(),
             Answers::Any(occluded) => occluded.iter().filter(|&&occluded| occluded).count(),
-            Answers::All(all) => all.splits.windows(2).filter(|pair| pair[0] < pair[1]).count(),
+            Answers::All(all) => all.iter().filter(|hits| !hits.is_empty()).count(),
         };
         count as u64
     }
@@ -327,7 +327,7 @@ impl Answers {
                 archive.add("occluded", occluded.iter().map(|&occluded| [occluded]))?;
                 archive.finish()
             }
-            Answers::All(AllHits { splits, hits }) => {
+            Answers::All(AllHits { splits, hits, .. }) => {
                 let bytes = splits.len() as u64 * 8 + hits.len() as u64 * HIT_BYTES;
                 let mut archive = Archive::new(file, bytes, observer);
                 archive.add("splits", splits.iter().map(|&split| [split as i64]))?;

@@ -42,9 +42,9 @@ pub struct SliceOptions<'a> {
     pub name: &'a str,
     /// Where the textbook splits cells.
     pub rule: &'a str,
-    /// The ray, and its walk through the same cells.
+    /// The ray that is drawn.
     pub ray: &'a Ray,
-    /// The walk.
+    /// The ray's walk through the cells of the slice.
     pub walk: &'a Walk,
 }
 

@@ -7,7 +7,7 @@ use halfline::geometry::{Hit, Vec3};
 
 use crate::units::{counted, number};
 
-/// x, y or z.
+/// The name of an axis: x, y or z.
 pub fn axis_name(axis: usize) -> &'static str {
     ["x", "y", "z"][axis % 3]
 }

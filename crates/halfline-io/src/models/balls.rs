@@ -32,7 +32,7 @@ const DOWNWARDS: f64 = 1e-12;
 /// The smallest spheres have at least this many meridians before another generation is added.
 const MERIDIANS: usize = 8;
 
-/// See [`Kind::Balls`](super::Kind::Balls).
+/// A mesh of the kind [`Kind::Balls`](super::Kind::Balls).
 pub fn balls(triangles: usize, progress: &SharedProgress) -> Result<Mesh> {
     let wanted = triangles.saturating_sub(2);
     let mut generations = 1;
@@ -117,7 +117,7 @@ fn turn_up_to(to: Vec3, v: Vec3) -> Vec3 {
 }
 
 struct Flake {
-    /// By generation.
+    /// The spheres of each generation.
     spheres: Vec<Shape>,
     nine: [Vec3; 9],
     mirror: u32,

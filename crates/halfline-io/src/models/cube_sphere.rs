@@ -22,9 +22,9 @@ const WINDOW: usize = 12;
 /// In which order cells are listed.
 #[derive(Clone, Copy)]
 pub enum Order {
-    /// Tile after tile, back and forth.
+    /// Cells are listed tile after tile, back and forth.
     Strips,
-    /// The same, but near tiles have changed places, as the seed says.
+    /// Cells are listed tile after tile, but near tiles have changed places, as the seed says.
     Shuffled(u64),
 }
 

@@ -29,7 +29,7 @@ const TIP_RATIO: f64 = 0.995;
 /// Two ends of 142 triangles, 144 sides of two.
 const TRIANGLES_PER_GEAR: usize = 2 * (4 * TEETH - 2) + 2 * 4 * TEETH;
 
-/// See [`Kind::Gears`](super::Kind::Gears).
+/// A mesh of the kind [`Kind::Gears`](super::Kind::Gears).
 pub fn gears(triangles: usize, progress: &SharedProgress) -> Result<Mesh> {
     let count = |size: usize| size * size * size * TRIANGLES_PER_GEAR + 2;
     let mut size = 1;

@@ -31,7 +31,7 @@ const FOSSIL: usize = 12;
 /// Share of the triangles, as a fraction of 8, that the exhibits have at least.
 const EXHIBITS: usize = 4;
 
-/// See [`Kind::Hall`](super::Kind::Hall).
+/// A mesh of the kind [`Kind::Hall`](super::Kind::Hall).
 pub fn hall(triangles: usize, seed: u64, progress: &SharedProgress) -> Result<Mesh> {
     // The most detailed hall that leaves enough for the exhibits; the barest if none does.
     let mut chosen = None;

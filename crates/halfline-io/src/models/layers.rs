@@ -11,7 +11,7 @@ use halfline::progress::SharedProgress;
 /// By how much a sheet rises from its lowest to its highest corner.
 const TILT: f64 = 0.3;
 
-/// See [`Kind::Layers`](super::Kind::Layers).
+/// A mesh of the kind [`Kind::Layers`](super::Kind::Layers).
 pub fn layers(triangles: usize, progress: &SharedProgress) -> Result<Mesh> {
     let pile = Pile::new(triangles.div_ceil(2));
     separate_triangles(triangles, progress, |index| pile.triangle(index))

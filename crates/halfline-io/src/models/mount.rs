@@ -34,7 +34,7 @@ const FRACTAL_DIMENSION: f64 = 2.2;
 const BALLS: Vec3 = vec3(-0.8, 0.8, 1.0);
 const BALL_RADIUS: f64 = 0.17;
 
-/// See [`Kind::Mount`](super::Kind::Mount).
+/// A mesh of the kind [`Kind::Mount`](super::Kind::Mount).
 pub fn mount(triangles: usize, seed: u64, progress: &SharedProgress) -> Result<Mesh> {
     // A twentieth of the triangles is the balls', more if there are few.
     let share = (triangles / 20).max(800.min(triangles * 3 / 10));

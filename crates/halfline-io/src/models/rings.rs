@@ -42,7 +42,7 @@ pub fn view() -> View {
     View { from, at: from + vec3(0.0, 1.0, 0.0), up: vec3(0.0, 0.0, 1.0), angle_degrees: 45.0 }
 }
 
-/// See [`Kind::Rings`](super::Kind::Rings).
+/// A mesh of the kind [`Kind::Rings`](super::Kind::Rings).
 pub fn rings(triangles: usize, progress: &SharedProgress) -> Result<Mesh> {
     let wanted = triangles.saturating_sub(2);
     let mut layers = 1;

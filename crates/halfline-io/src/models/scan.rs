@@ -28,7 +28,7 @@ const JITTER: f64 = 0.16;
 /// The scanner's error, as the standard deviation along the ray in edge lengths.
 const SCANNER_NOISE: f64 = 0.03;
 
-/// See [`Kind::Scan`](super::Kind::Scan).
+/// A mesh of the kind [`Kind::Scan`](super::Kind::Scan).
 pub fn scan(triangles: usize, seed: u64, progress: &SharedProgress) -> Result<Mesh> {
     let (positions, triangles) = scanned(triangles, seed, progress)?;
     Mesh::new(Positions::F32(positions.into()), triangles)

@@ -12,7 +12,7 @@ use halfline::progress::SharedProgress;
 /// triangle vanishes in single precision.
 const SMALLEST_SINE: f64 = 0.1;
 
-/// See [`Kind::Soup`](super::Kind::Soup).
+/// A mesh of the kind [`Kind::Soup`](super::Kind::Soup).
 pub fn soup(triangles: usize, seed: u64, progress: &SharedProgress) -> Result<Mesh> {
     let edge = libm::cbrt(1.0 / triangles as f64).min(0.5);
     separate_triangles(triangles, progress, |index| triangle(seed, index as u64, edge))

@@ -7,7 +7,7 @@ use super::cube_sphere::{CubeSphere, Order};
 use super::fill::{fill, single};
 use halfline::progress::SharedProgress;
 
-/// See [`Kind::Sphere`](super::Kind::Sphere).
+/// A mesh of the kind [`Kind::Sphere`](super::Kind::Sphere).
 pub fn sphere(triangles: usize, progress: &SharedProgress) -> Result<Mesh> {
     let grid = CubeSphere::new(triangles, Order::Strips);
     let positions = fill(grid.vertex_count(), triangles, progress, |i| single(grid.direction(i)))?;

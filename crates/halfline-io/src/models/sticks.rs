@@ -24,7 +24,7 @@ const SHORTEST: f64 = 0.3;
 /// So are those of which rounding would decide how they are turned about themselves.
 const SMALLEST_SINE: f64 = 0.1;
 
-/// See [`Kind::Sticks`](super::Kind::Sticks).
+/// A mesh of the kind [`Kind::Sticks`](super::Kind::Sticks).
 pub fn sticks(triangles: usize, seed: u64, progress: &SharedProgress) -> Result<Mesh> {
     let width = (TOTAL_WIDTH / triangles.div_ceil(2) as f64).clamp(WIDTHS[0], WIDTHS[1]);
     separate_triangles(triangles, progress, |index| {

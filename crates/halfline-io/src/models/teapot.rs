@@ -107,7 +107,7 @@ const SPOUT_LOWER: [Mirrored; 7] = [
     (3.2, 2.4, 0.15),
 ];
 
-/// See [`Kind::Teapot`](super::Kind::Teapot).
+/// A mesh of the kind [`Kind::Teapot`](super::Kind::Teapot).
 pub fn teapot(triangles: usize, progress: &SharedProgress) -> Result<Mesh> {
     let count = |cuts: usize| 66 * cuts * cuts - 8 * cuts;
     // With one cut, handle and spout would be flat.

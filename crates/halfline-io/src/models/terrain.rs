@@ -23,7 +23,7 @@ pub const VIEW: View = View {
     angle_degrees: 40.0,
 };
 
-/// See [`Kind::Terrain`](super::Kind::Terrain).
+/// A mesh of the kind [`Kind::Terrain`](super::Kind::Terrain).
 pub fn terrain(triangles: usize, seed: u64, progress: &SharedProgress) -> Result<Mesh> {
     let (columns, rows) = sides(triangles);
     let shape = Shape::new(seed, 2.0 / columns as f64);
@@ -205,7 +205,7 @@ impl Shape {
 /// Half the width, in noise, of the crease of a ridge.
 const CREASE: f64 = 0.02;
 
-/// The same, for the slope that gullies follow.
+/// Half the width, in noise, of the turn of the slope that gullies follow.
 const TURN: f64 = 0.16;
 
 /// A smooth wave of period 1 from 1 at 0 to -1 at 1/2, and its derivative.

@@ -21,7 +21,7 @@ pub const VIEW: View = View {
 const CORNERS: [Vec3; 4] =
     [vec3(-1.0, -1.0, 1.0), vec3(-1.0, 1.0, -1.0), vec3(1.0, -1.0, -1.0), vec3(1.0, 1.0, 1.0)];
 
-/// See [`Kind::Tetra`](super::Kind::Tetra).
+/// A mesh of the kind [`Kind::Tetra`](super::Kind::Tetra).
 pub fn tetra(triangles: usize, progress: &SharedProgress) -> Result<Mesh> {
     // The nearest power of four: 4^k is nearer than 4^(k + 1) up to their geometric mean.
     let mut size_factor = 1;

@@ -37,7 +37,7 @@ const BRANCHES: [(f64, f64, f64); 2] = [(40.0, 90.0, 0.65), (25.0, 230.0, 0.70)]
 /// The twigs have at least this many sides before another generation is added.
 const SIDES: usize = 5;
 
-/// See [`Kind::Tree`](super::Kind::Tree).
+/// A mesh of the kind [`Kind::Tree`](super::Kind::Tree).
 pub fn tree(triangles: usize, progress: &SharedProgress) -> Result<Mesh> {
     let wanted = triangles.saturating_sub(2);
     let mut generations = 1;

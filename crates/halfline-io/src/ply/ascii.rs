@@ -26,7 +26,7 @@ struct Block {
     bytes: Range<usize>,
     /// The number of the first line, counted from 1 at the file's start.
     first_line: usize,
-    /// Those of its lines that are not blank, counted from the body's start.
+    /// The lines of the block that are not blank, counted from the body's start.
     records: Range<u64>,
 }
 

@@ -18,9 +18,10 @@ pub struct FaceChunk {
 /// The triangles of a file, and for each the face it was cut from unless triangle i is face i.
 #[derive(Debug, Default, PartialEq)]
 pub struct Triangles {
-    /// In the order of the file.
+    /// The triangles, in the order of the file.
     pub triangles: Vec<[u32; 3]>,
-    /// As in [`Mesh::source_faces`](halfline::Mesh::source_faces).
+    /// For each triangle the face of the file, as
+    /// [`Mesh::source_faces`](halfline::Mesh::source_faces) has it.
     pub source_faces: Option<Vec<u32>>,
 }
 

@@ -562,7 +562,7 @@ fn any_mesh() -> impl Strategy<Value = Mesh> {
                 Positions::F32(points.iter().map(|p| p.map(|c| c as f32)).collect())
             };
             let mut index = || next() as u32 % vertices as u32;
-            let triangles = (0..faces).map(|_| [index(), index(), index()]).collect();
+            let triangles: Vec<_> = (0..faces).map(|_| [index(), index(), index()]).collect();
             let mut mesh = Mesh::new(positions, triangles).unwrap();
             let mut color = || [0; 4].map(|_| next() as u8);
             mesh.vertex_colors = colored.then(|| (0..vertices).map(|_| color()).collect());

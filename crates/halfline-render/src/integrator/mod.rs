@@ -58,7 +58,7 @@ pub(crate) struct PrimaryHits<'a> {
     pub(crate) samplers: &'a [Sampler],
 }
 
-/// One of them that met something.
+/// A ray from the eye that met something.
 #[derive(Clone, Copy)]
 pub(crate) struct PrimaryHit<'a> {
     /// Which of the rays it is.
@@ -69,7 +69,7 @@ pub(crate) struct PrimaryHit<'a> {
 }
 
 impl<'a> PrimaryHits<'a> {
-    /// Those that met something.
+    /// The rays that met something.
     pub(crate) fn met(self) -> impl Iterator<Item = PrimaryHit<'a>> {
         self.surfaces.iter().enumerate().filter_map(move |(number, surface)| {
             let surface = surface.as_ref()?;
@@ -124,6 +124,6 @@ pub(crate) mod dimension {
     pub(crate) const OCCLUSION: u32 = 1;
     /// Points on the key light.
     pub(crate) const KEY_LIGHT: u32 = 2;
-    /// The first of those that the paths of light use.
+    /// The first of the random numbers that the paths of light use.
     pub(crate) const PATHS: u32 = 3;
 }

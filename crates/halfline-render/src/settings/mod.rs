@@ -29,7 +29,7 @@ pub struct RenderSettings {
     /// Chooses among equally good random numbers. The same seed and settings give the same
     /// image, to the bit, on any number of threads.
     pub seed: u64,
-    /// From where.
+    /// From where the picture is taken.
     pub camera: CameraSettings,
     /// How surfaces are turned into colours.
     pub shading: Shading,
@@ -244,23 +244,23 @@ pub enum Projection {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Up {
-    /// +X
+    /// The model's +X axis points up.
     #[cfg_attr(feature = "serde", serde(rename = "+X"))]
     PlusX,
-    /// -X
+    /// The model's -X axis points up.
     #[cfg_attr(feature = "serde", serde(rename = "-X"))]
     MinusX,
-    /// +Y
+    /// The model's +Y axis points up.
     #[default]
     #[cfg_attr(feature = "serde", serde(rename = "+Y"))]
     PlusY,
-    /// -Y
+    /// The model's -Y axis points up.
     #[cfg_attr(feature = "serde", serde(rename = "-Y"))]
     MinusY,
-    /// +Z
+    /// The model's +Z axis points up.
     #[cfg_attr(feature = "serde", serde(rename = "+Z"))]
     PlusZ,
-    /// -Z
+    /// The model's -Z axis points up.
     #[cfg_attr(feature = "serde", serde(rename = "-Z"))]
     MinusZ,
 }
@@ -328,12 +328,12 @@ impl Ground {
         Ground { surface, ..Ground::default() }
     }
 
-    /// The same plane at another height along the up axis.
+    /// This plane at another height along the up axis.
     pub fn at_height(self, height: f64) -> Ground {
         Ground { height: Some(height), ..self }
     }
 
-    /// The same plane that mirrors a share of the light, from 0 to 1.
+    /// This plane, mirroring a share of the light, from 0 to 1.
     pub fn mirroring(self, reflectivity: f32) -> Ground {
         Ground { reflectivity, ..self }
     }
@@ -345,12 +345,13 @@ impl Ground {
 #[cfg_attr(feature = "serde", serde(rename_all = "snake_case"))]
 #[non_exhaustive]
 pub enum GroundSurface {
-    /// As the background, only darker where the model keeps light away: a studio's backdrop.
+    /// The ground looks as the background, only darker where the model keeps light away: a studio's
+    /// backdrop.
     #[default]
     Shadow,
-    /// One colour.
+    /// The ground has one colour.
     Matte([f32; 3]),
-    /// Two colours, in squares of a tenth of the model's diagonal.
+    /// The ground has two colours, in squares of a tenth of the model's diagonal.
     Checker([f32; 3], [f32; 3]),
 }
 
@@ -368,7 +369,7 @@ pub enum Background {
     /// A light grey that falls off softly from the middle, as a photographer's paper backdrop.
     #[default]
     Studio,
-    /// One colour.
+    /// The background has one colour.
     Color([f32; 3]),
     /// Nothing: the picture's alpha tells how much of a pixel the model covers.
     Transparent,
@@ -382,7 +383,7 @@ pub enum Background {
 pub enum Light {
     /// Shines from a small sphere, or from a point if `radius` is 0.
     Point {
-        /// Where.
+        /// Where the light is.
         position: Vec3,
         /// Radiant intensity: a surface at distance d, facing it, receives this / d².
         intensity: [f32; 3],
@@ -401,13 +402,13 @@ pub enum Light {
     },
     /// Shines from a parallelogram, to the side of `edge_u` x `edge_v`.
     Area {
-        /// One corner.
+        /// A corner of the parallelogram.
         corner: Vec3,
-        /// From there to the second corner.
+        /// The edge from `corner` to the second corner.
         edge_u: Vec3,
-        /// From there to the fourth corner.
+        /// The edge from `corner` to the fourth corner.
         edge_v: Vec3,
-        /// What it sends out, the same in all directions.
+        /// The radiance that the light sends out, the same in all directions.
         radiance: [f32; 3],
     },
 }

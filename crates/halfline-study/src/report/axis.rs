@@ -7,9 +7,9 @@ use maud::{Markup, html};
 pub struct Axis {
     /// What it measures, and in which unit.
     pub label: String,
-    /// From where.
+    /// Where the axis begins.
     pub low: f64,
-    /// To where.
+    /// Where the axis ends.
     pub high: f64,
 }
 

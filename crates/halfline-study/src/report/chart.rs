@@ -12,9 +12,9 @@ use super::axis::Axis;
 /// kind of colour vision; and a shape for each, for paper without colours.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Ink {
-    /// Of lines and markers.
+    /// The colour of lines and markers.
     pub color: &'static str,
-    /// The marker.
+    /// The shape of markers.
     pub marker: Marker,
 }
 
@@ -49,11 +49,11 @@ pub struct Point {
 pub struct Series {
     /// How it looks.
     pub ink: Ink,
-    /// Its name, at its end.
+    /// The name of the series, at its end.
     pub label: String,
     /// What is added to the name, in lighter type.
     pub note: String,
-    /// Its points, from left to right.
+    /// The points of the series, from left to right.
     pub points: Vec<Point>,
     /// A thin line beside them; the points themselves if there is none.
     pub curve: Option<Vec<[f64; 2]>>,
@@ -73,11 +73,11 @@ pub struct Guide {
 pub struct Chart {
     /// Width and height.
     pub size: [f64; 2],
-    /// Its name, above it.
+    /// The name of the plot, above it.
     pub title: String,
-    /// From left to right.
+    /// The axis from left to right.
     pub x: Axis,
-    /// From below to above.
+    /// The axis from below to above.
     pub y: Axis,
     /// What is drawn.
     pub series: Vec<Series>,

@@ -37,7 +37,7 @@ pub struct Figure<'a> {
     pub told: fn(f64) -> String,
     /// The quantity, if laws are to be drawn.
     pub law_of: Option<Quantity>,
-    /// By whom.
+    /// The engines whose costs are drawn.
     pub engines: &'a [Engine],
 }
 
@@ -113,7 +113,7 @@ impl Figure<'_> {
             .filter_map(|m| Some((m.triangles as f64, (self.value)(m)?)))
     }
 
-    /// The first family alone, larger.
+    /// A larger panel, of the first family alone.
     pub fn main_panel(&self, study: &Study) -> Option<Chart> {
         let family = study.families.first()?;
         let x = Axis::around("triangles n", self.drawn(family).map(|(n, _)| n));

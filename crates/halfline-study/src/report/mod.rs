@@ -32,7 +32,7 @@ pub struct Origin {
     pub is_quick: bool,
 }
 
-/// The page.
+/// The report as a page.
 pub fn html(study: &Study, origin: &Origin) -> String {
     let mut number = 0;
     let mut figure = |panels: Vec<Chart>, caption: &str| {

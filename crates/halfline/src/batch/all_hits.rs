@@ -17,23 +17,112 @@ use crate::traverse::{
     AllContacts, Answers, CancelCheck, Cast, FoundHits, HitColumns, HitCounts, Target, cast,
 };
 
-/// All hits of each ray of a batch, in compressed sparse rows: those of ray i are
-/// `hits[splits[i]..splits[i + 1]]`, sorted by t and then by face.
-#[derive(Clone, Debug, Default, PartialEq)]
+/// All hits of each ray of a batch, in compressed sparse rows: those of ray i are [`row(i)`](AllHits::row),
+/// which is `hits[splits[i]..splits[i + 1]]`, sorted by t and then by face.
+///
+/// ```
+/// use halfline::{Mesh, Ray, Scene, vec3};
+///
+/// // Two squares, one above the other, as four triangles.
+/// let square = |z| [[0.0, 0.0, z], [1.0, 0.0, z], [1.0, 1.0, z], [0.0, 1.0, z]];
+/// let corners = [square(0.0), square(1.0)].concat();
+/// let scene = Scene::new(Mesh::new(corners, [[0, 1, 2], [0, 2, 3], [4, 5, 6], [4, 6, 7]])?)?;
+///
+/// let down = vec3(0.0, 0.0, -1.0);
+/// let rays = [Ray::new(vec3(0.75, 0.25, 3.0), down), Ray::new(vec3(5.0, 5.0, 3.0), down)];
+/// let all = scene.intersect_all(&rays);
+/// assert_eq!(all.len(), rays.len());
+/// assert_eq!(all.row(0).iter().map(|hit| hit.t).collect::<Vec<_>>(), [2.0, 3.0]);
+/// for (ray, hits) in rays.iter().zip(&all) {
+///     assert!(hits.iter().all(|hit| ray.at(hit.t).z == scene.mesh().corners(hit.face)[0].z));
+/// }
+/// # Ok::<(), halfline::Error>(())
+/// ```
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct AllHits {
-    /// One more entry than there are rays.
+    /// Where the hits of each ray begin, and after the last where they end: one more entry than there are rays.
     pub splits: Vec<usize>,
-    /// The hits.
+    /// The hits of all rays, one ray's after the other's.
     pub hits: Vec<Hit>,
 }
+
+impl AllHits {
+    /// How many rays there are.
+    pub fn len(&self) -> usize {
+        self.splits.len() - 1
+    }
+
+    /// True if there are no rays. Rays without hits are rays too.
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    /// The hits of one ray, sorted by t and then by face.
+    ///
+    /// # Panics
+    /// If there is no ray of this number.
+    pub fn row(&self, ray: usize) -> &[Hit] {
+        &self.hits[self.splits[ray]..self.splits[ray + 1]]
+    }
+
+    /// The hits of each ray, in the rays' order.
+    pub fn iter(&self) -> AllHitsIter<'_> {
+        AllHitsIter { splits: self.splits.windows(2), hits: &self.hits }
+    }
+
+    /// Takes the hits of one more ray, sorted by t and then by face.
+    pub fn push_row(&mut self, hits: impl IntoIterator<Item = Hit>) {
+        self.hits.extend(hits);
+        self.splits.push(self.hits.len());
+    }
+}
+
+/// The hits of no rays.
+impl Default for AllHits {
+    fn default() -> AllHits {
+        AllHits { splits: vec![0], hits: Vec::new() }
+    }
+}
+
+impl<'a> IntoIterator for &'a AllHits {
+    type Item = &'a [Hit];
+    type IntoIter = AllHitsIter<'a>;
+
+    fn into_iter(self) -> AllHitsIter<'a> {
+        self.iter()
+    }
+}
+
+/// The hits of each ray of a batch, in the rays' order: [`AllHits::iter`] gives it.
+#[derive(Clone, Debug)]
+pub struct AllHitsIter<'a> {
+    splits: std::slice::Windows<'a, usize>,
+    hits: &'a [Hit],
+}
+
+impl<'a> Iterator for AllHitsIter<'a> {
+    type Item = &'a [Hit];
+
+    fn next(&mut self) -> Option<&'a [Hit]> {
+        let split = self.splits.next()?;
+        Some(&self.hits[split[0]..split[1]])
+    }
+
+    fn size_hint(&self) -> (usize, Option<usize>) {
+        self.splits.size_hint()
+    }
+}
+
+impl ExactSizeIterator for AllHitsIter<'_> {}
 
 /// All hits of each ray, in compressed sparse rows: those of ray i are `splits[i]..splits[i + 1]` of the
 /// other columns, sorted by t and then by face.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct AllHitColumns {
-    /// One more entry than there are rays.
+    /// Where the hits of each ray begin, and after the last where they end: one more entry than there are rays.
     pub splits: Vec<i64>,
-    /// Ray parameters.
+    /// Ray parameters of the hits.
     pub t: Vec<f64>,
     /// Indices of triangles.
     pub face: Vec<i64>,
@@ -100,8 +189,7 @@ pub fn find_all_hits(
     let chunks =
         in_chunks(source, parts, observer, |rays, ()| all_hits_of(target, rays, observer))?;
     let mut all = AllHits::default();
-    all.splits.reserve_exact(source.len() + 1);
-    all.splits.push(0);
+    all.splits.reserve_exact(source.len());
     all.hits.reserve_exact(chunks.iter().map(|(_, hits)| hits.len()).sum());
     for (counts, hits) in chunks {
         let mut end = all.hits.len();

@@ -4,7 +4,9 @@ mod all_hits;
 
 use rayon::prelude::*;
 
-pub use all_hits::{AllHitColumns, AllHits, count_hits, find_all_hits, find_all_hits_columns};
+pub use all_hits::{
+    AllHitColumns, AllHits, AllHitsIter, count_hits, find_all_hits, find_all_hits_columns,
+};
 
 use crate::error::Result;
 use crate::geometry::{Hit, HitF32, Ray, RayF32};
@@ -16,8 +18,8 @@ use crate::tree::{LeafBlock, Node};
 /// Rays that one task casts: about a millisecond of work, and many to each slot of a stream.
 pub const CHUNK: usize = 1 << 12;
 
-/// A ray in either precision.
-pub trait BatchRay: Copy + Into<Ray> + Sync {
+/// A ray in either precision: [`Ray`] or [`RayF32`], and no other type.
+pub trait BatchRay: Copy + Into<Ray> + Sync + sealed::Sealed {
     /// The rays of a slice.
     #[doc(hidden)]
     fn source(rays: &[Self]) -> Rays<'_>;
@@ -27,6 +29,14 @@ pub trait BatchRay: Copy + Into<Ray> + Sync {
 #[derive(Clone, Copy, Debug)]
 #[doc(hidden)]
 pub struct Rays<'a>(pub(crate) RaySource<'a>);
+
+mod sealed {
+    /// Keeps [`BatchRay`](super::BatchRay) from being implemented outside of this crate.
+    pub trait Sealed {}
+
+    impl Sealed for crate::geometry::Ray {}
+    impl Sealed for crate::geometry::RayF32 {}
+}
 
 impl BatchRay for Ray {
     fn source(rays: &[Ray]) -> Rays<'_> {

@@ -7,7 +7,7 @@ use crate::tree::{Bounds, LeafFaces};
 pub enum Built {
     /// What one thread has built.
     Subtree(BinaryNode, Subtree),
-    /// Two parts.
+    /// Two parts, which were built by themselves.
     Divided { bounds: Bounds, split: Split, parts: Box<[Built; 2]> },
 }
 

@@ -24,9 +24,9 @@ const NO_CELL: u32 = u32::MAX;
 
 /// The references of the triangles in a cell of the grid.
 pub struct GridCell<'slots> {
-    /// The references.
+    /// The references to triangles in the cell.
     pub references: &'slots mut [PrimitiveRef],
-    /// Where they are.
+    /// Where the triangles are.
     pub extent: PrimitiveBounds,
 }
 

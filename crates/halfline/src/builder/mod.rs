@@ -59,7 +59,7 @@ mod tests {
             positions.extend([(); 3].map(|()| point(center, size).to_array().map(|x| x as f32)));
         }
         let corner = |i: usize| 3 * i as u32;
-        let faces = (0..triangles).map(corner).map(|c| [c, c + 1, c + 2]).collect();
+        let faces: Vec<_> = (0..triangles).map(corner).map(|c| [c, c + 1, c + 2]).collect();
         Mesh::new(Positions::F32(positions.into()), faces).expect("a valid mesh")
     }
 

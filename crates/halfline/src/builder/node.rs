@@ -34,14 +34,14 @@ impl Split {
 /// What a node is.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum BinaryNodeKind {
-    /// Some triangles.
+    /// A leaf, which holds some triangles.
     Leaf {
         /// Index of the leaf's block.
         first: u32,
         /// Number of triangles.
         count: u32,
     },
-    /// Two children.
+    /// An inner node, which has two children.
     Inner {
         /// Index of the pair of children.
         children: u32,
@@ -108,7 +108,7 @@ impl BinaryNode {
         }
     }
 
-    /// The same node with its index moved, for a subtree that is appended to others.
+    /// This node with its index moved, for a subtree that is appended to others.
     pub fn moved(self, children_before: u32, leaves_before: u32) -> BinaryNode {
         match self.kind() {
             BinaryNodeKind::Leaf { first, count } => {

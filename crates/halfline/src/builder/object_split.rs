@@ -22,10 +22,10 @@ pub struct Groups {
 
 /// What can be divided into groups: references, and cells of many.
 pub trait Item {
-    /// Its box.
+    /// The box of the item.
     fn lanes(&self) -> SimdBounds;
 
-    /// How many triangles it holds.
+    /// How many triangles the item holds.
     fn triangles(&self) -> usize;
 }
 
@@ -167,8 +167,8 @@ pub fn divide_into_groups<I: Item, const BINS: usize>(
     divided.unwrap_or_else(|| halve(items))
 }
 
-/// The same, if the groups' half areas times their blocks of triangles are no more than `limit` in
-/// all. Else nothing is changed.
+/// Reorders items into two groups as [`divide_into_groups`] does, if the groups' half areas times their
+/// blocks of triangles are no more than `limit` in all. Else nothing is changed.
 pub fn groups_within<I: Item, const BINS: usize>(
     items: &mut [I],
     limit: f32,

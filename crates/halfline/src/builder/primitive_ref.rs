@@ -29,13 +29,13 @@ impl PrimitiveRef {
         PrimitiveRef { low: bounds.min, face, negated_high, unused: 0 }
     }
 
-    /// Its box.
+    /// The box of the part.
     #[inline(always)]
     pub fn bounds(&self) -> Bounds {
         self.lanes().bounds()
     }
 
-    /// The same.
+    /// The box of the part, as vector lanes.
     #[inline(always)]
     pub fn lanes(&self) -> SimdBounds {
         let mut lanes: [u32; 8] = bytemuck::cast(*self);
@@ -75,7 +75,7 @@ impl ReferenceBuffer {
         ReferenceBuffer { halves, skipped, count }
     }
 
-    /// The references.
+    /// The references, as a slice.
     pub fn as_mut(&mut self) -> &mut [PrimitiveRef] {
         let halves = &mut self.halves[self.skipped..];
         bytemuck::cast_slice_mut(&mut halves[..2 * self.count])
@@ -113,11 +113,11 @@ pub fn extent_of_all(references: &[PrimitiveRef], level: Level) -> PrimitiveBoun
 /// Faces that get no reference.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Skipped {
-    /// The three corners lie on one line.
+    /// Faces whose three corners lie on one line.
     pub zero_area: usize,
-    /// Those of them whose corners are apart, so that they have edges.
+    /// The faces without area whose corners are apart, so that they have edges.
     pub collinear: Vec<u32>,
-    /// A coordinate is NaN or infinite.
+    /// Faces of which a coordinate is NaN or infinite.
     pub non_finite: usize,
 }
 
@@ -140,12 +140,12 @@ impl Skipped {
         Some(corners)
     }
 
-    /// How many there are.
+    /// How many faces get no reference.
     pub fn count(&self) -> usize {
         self.zero_area + self.non_finite
     }
 
-    /// Those of all parts, which are in the order of the faces.
+    /// The faces that get no reference in any of the parts, which are in the order of the faces.
     pub fn all(parts: impl IntoIterator<Item = Skipped>) -> Skipped {
         let mut all = Skipped::default();
         for part in parts {

@@ -51,7 +51,7 @@ impl SimdBounds {
         point
     }
 
-    /// The same box.
+    /// The box as its lowest and its highest corner.
     #[inline(always)]
     pub fn bounds(&self) -> Bounds {
         let [a, b, c, _, x, y, z, _] = self.0;
@@ -81,7 +81,7 @@ pub struct PrimitiveBounds {
 }
 
 impl PrimitiveBounds {
-    /// That of nothing.
+    /// Where no triangles are.
     pub const EMPTY: PrimitiveBounds =
         PrimitiveBounds { whole: SimdBounds::EMPTY, centers: SimdBounds::EMPTY };
 

@@ -27,11 +27,11 @@ pub struct Cell {
     pub parent: Option<(usize, Side)>,
     /// Levels below the root.
     pub depth: usize,
-    /// Its box.
+    /// The box of the cell.
     pub bounds: Aabb,
-    /// How many triangles reach into it.
+    /// How many triangles reach into the cell.
     pub triangle_count: usize,
-    /// What is known of it.
+    /// What is known of the cell.
     pub content: Content,
     /// The axis on which it is split if the rule goes by turns.
     by_turns: usize,
@@ -55,12 +55,12 @@ pub enum Content {
         /// The triangles that reach into it.
         triangles: Vec<u32>,
     },
-    /// It is not split.
+    /// The cell is not split.
     Leaf {
         /// The triangles that reach into it.
         triangles: Vec<u32>,
     },
-    /// It is split in two.
+    /// The cell is split in two.
     Inner {
         /// 0, 1 or 2 for x, y or z.
         axis: usize,

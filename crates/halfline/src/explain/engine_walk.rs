@@ -8,7 +8,7 @@ use crate::tree::{Bounds, Node, NodeRef, Tree};
 /// A node or leaf that a ray came to.
 #[derive(Clone, Debug, PartialEq)]
 pub struct EngineStep {
-    /// Its number among the nodes, or among the leaves.
+    /// The number of the node among the nodes, or of the leaf among the leaves.
     pub index: usize,
     /// Levels below the root.
     pub depth: usize,
@@ -30,7 +30,7 @@ pub enum EngineContent {
     },
     /// A leaf.
     Leaf {
-        /// Its faces.
+        /// The faces of the leaf.
         faces: Vec<u32>,
     },
 }

@@ -41,7 +41,7 @@ pub struct Explanation {
     pub cells: Vec<Cell>,
     /// The textbook's walk.
     pub walk: Walk,
-    /// The engine's.
+    /// The engine's walk.
     pub engine: EngineWalk,
     /// Triangles that brute force tests: all.
     pub triangle_count: usize,

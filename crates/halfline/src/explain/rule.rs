@@ -13,11 +13,11 @@ pub const TRAVERSAL_COST: f64 = 0.5;
 /// Which of the textbook's rules splits cells.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Rule {
-    /// [`Middle`].
+    /// Splits cells in the [`Middle`].
     Middle,
-    /// [`ObjectMedian`].
+    /// Splits cells at the [`ObjectMedian`].
     Median,
-    /// [`SurfaceArea`], with [`TRAVERSAL_COST`].
+    /// Splits cells by the [`SurfaceArea`] heuristic, with [`TRAVERSAL_COST`].
     #[default]
     SurfaceArea,
 }

@@ -25,7 +25,7 @@ pub type Rectangle = [Point; 2];
 /// A cell as the plane cuts it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SliceCell {
-    /// Its number.
+    /// The number of the cell.
     pub cell: usize,
     /// Levels below the root.
     pub depth: usize,

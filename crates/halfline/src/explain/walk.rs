@@ -80,17 +80,17 @@ pub enum Step {
         plane: f64,
         /// Where the half-line passes the plane, as computed; `None` if it is parallel.
         t_split: Option<f64>,
-        /// Two numbers between which that is exactly.
+        /// Two numbers between which the exact t of the plane lies.
         t_split_bounds: Option<[f64; 2]>,
-        /// Which parts it passes through.
+        /// Which parts of the cell the half-line passes through.
         case: Case,
         /// True if the plane touches an end of the interval, as far as rounding can tell.
         plane_touched: bool,
         /// The child on the side from which the half-line comes; where it is parallel, the one below.
         near: usize,
-        /// The child on the other side.
+        /// The child on the far side of the plane.
         far: usize,
-        /// Where it goes next.
+        /// Where the half-line goes next.
         enter: Visit,
         /// What is pushed on the stack meanwhile.
         push: Option<Visit>,

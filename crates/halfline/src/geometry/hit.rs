@@ -19,7 +19,7 @@ pub struct Hit {
 }
 
 impl Hit {
-    /// No hit.
+    /// The answer to a ray that hits nothing.
     pub const MISS: Hit = Hit { t: f64::INFINITY, face: NO_FACE, u: 0.0, v: 0.0 };
 
     /// True unless this is a miss.
@@ -40,7 +40,7 @@ pub struct HitF32 {
 }
 
 impl HitF32 {
-    /// No hit.
+    /// The answer to a ray that hits nothing.
     pub const MISS: HitF32 = HitF32 { t: f32::INFINITY, face: NO_FACE };
 
     /// True unless this is a miss.

@@ -58,6 +58,18 @@ pub struct RayF32 {
     pub t_max: f32,
 }
 
+impl RayF32 {
+    /// The whole half-line from `origin` along `direction`.
+    pub fn new(origin: [f32; 3], direction: [f32; 3]) -> RayF32 {
+        RayF32::with_range(origin, direction, 0.0, f32::INFINITY)
+    }
+
+    /// The part of the line with t in `[t_min, t_max]`.
+    pub fn with_range(origin: [f32; 3], direction: [f32; 3], t_min: f32, t_max: f32) -> RayF32 {
+        RayF32 { origin, t_min, direction, t_max }
+    }
+}
+
 impl From<RayF32> for Ray {
     #[inline(always)]
     fn from(ray: RayF32) -> Ray {

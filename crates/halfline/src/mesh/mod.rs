@@ -12,7 +12,7 @@ use rayon::prelude::*;
 
 use crate::error::{Error, Result};
 use crate::geometry::{Aabb, Vec3};
-use crate::storage::Buffer;
+pub use crate::storage::Buffer;
 
 /// Triangles or vertices that a thread goes through at a time.
 const CHUNK: usize = 1 << 14;
@@ -61,7 +61,55 @@ impl Positions {
     }
 }
 
+impl From<Buffer<[f32; 3]>> for Positions {
+    fn from(positions: Buffer<[f32; 3]>) -> Positions {
+        Positions::F32(positions)
+    }
+}
+
+impl From<Buffer<[f64; 3]>> for Positions {
+    fn from(positions: Buffer<[f64; 3]>) -> Positions {
+        Positions::F64(positions)
+    }
+}
+
+impl From<Vec<[f32; 3]>> for Positions {
+    fn from(positions: Vec<[f32; 3]>) -> Positions {
+        Positions::F32(positions.into())
+    }
+}
+
+impl From<Vec<[f64; 3]>> for Positions {
+    fn from(positions: Vec<[f64; 3]>) -> Positions {
+        Positions::F64(positions.into())
+    }
+}
+
+impl<const N: usize> From<[[f32; 3]; N]> for Positions {
+    fn from(positions: [[f32; 3]; N]) -> Positions {
+        Vec::from(positions).into()
+    }
+}
+
+impl<const N: usize> From<[[f64; 3]; N]> for Positions {
+    fn from(positions: [[f64; 3]; N]) -> Positions {
+        Vec::from(positions).into()
+    }
+}
+
 /// A triangle mesh.
+///
+/// ```
+/// use halfline::Mesh;
+///
+/// let square = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0], [0.0, 1.0, 0.0]];
+/// let mesh = Mesh::new(square, [[0, 1, 2], [0, 2, 3]])?;
+/// assert_eq!(mesh.triangle_count(), 2);
+///
+/// let error = Mesh::new(square, [[0, 1, 4]]).unwrap_err();
+/// assert_eq!(error.to_string(), "mesh: triangle 0 = [0, 1, 4] points past the 4 vertices");
+/// # Ok::<(), halfline::Error>(())
+/// ```
 ///
 /// Every vertex index in `triangles` is below the number of vertices: [`Mesh::new`] checks it. What
 /// is optional is for its maker to fill, with an entry for each triangle or vertex.
@@ -81,12 +129,20 @@ pub struct Mesh {
 }
 
 impl Mesh {
-    /// A mesh of the given vertices and triangles.
+    /// A mesh of the given vertices, in either precision, and of triangles of three vertex indices each. Arrays
+    /// are taken, and vectors without a copy.
     ///
     /// # Errors
     /// [`Error::Invalid`] if an index is not below the number of vertices, or there are more than
     /// 2^32 - 2 triangles or vertices.
-    pub fn new(positions: Positions, triangles: Vec<[u32; 3]>) -> Result<Mesh> {
+    pub fn new(
+        positions: impl Into<Positions>,
+        triangles: impl Into<Buffer<[u32; 3]>>,
+    ) -> Result<Mesh> {
+        Mesh::checked(positions.into(), triangles.into())
+    }
+
+    fn checked(positions: Positions, triangles: Buffer<[u32; 3]>) -> Result<Mesh> {
         let vertex_count = positions.len();
         if vertex_count >= u32::MAX as usize || triangles.len() >= u32::MAX as usize {
             return Err(Error::invalid("mesh", "more than 2^32 - 2 vertices or triangles"));
@@ -109,7 +165,7 @@ impl Mesh {
                 ),
             ));
         }
-        Ok(Mesh::unchecked(positions, triangles.into()))
+        Ok(Mesh::unchecked(positions, triangles))
     }
 
     /// A mesh whose indices were checked before.
@@ -221,7 +277,7 @@ mod tests {
         positions[5] = [f64::NAN, 1e9, 0.0];
         positions[CHUNK + 1] = [1e9, f64::INFINITY, 0.0];
         let used: Vec<u32> = (0..count).filter(|i| !unused.contains(i)).collect();
-        let triangles = (0..used.len())
+        let triangles: Vec<_> = (0..used.len())
             .map(|i| [0, 1, 2].map(|corner| used[(i + corner) % used.len()]))
             .collect();
         let mesh = Mesh::new(Positions::F64(positions.into()), triangles).unwrap();

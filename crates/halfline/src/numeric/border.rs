@@ -112,7 +112,7 @@ fn point(place: Place) -> Vec3 {
     Vec3::from(place.map(f64::from_bits))
 }
 
-/// The other two corners of each triangle that has edges and a corner at `corner`.
+/// The two corners that are not at `corner`, of each triangle that has edges and a corner there.
 fn opposite_ends<'a>(
     corner: Place,
     triangles: &'a [[Vec3; 3]],

@@ -60,7 +60,7 @@ pub fn edge_function(direction: Vec3, p: Vec3, q: Vec3) -> Bounded {
     Bounded { value, error: DETERMINANT_ERROR * permanent + UNDERFLOW_ERROR }
 }
 
-/// The same, exactly, from the corners and the origin as given.
+/// The exact edge function, as [`edge_function`] bounds it, from the corners and the origin as given.
 pub fn exact_edge_function<N: ExactNumber>(origin: Vec3, direction: Vec3, p: Vec3, q: Vec3) -> N {
     let from_origin = |corner: Vec3, axis: usize| N::difference(corner[axis], origin[axis]);
     let mut sum = N::default();
@@ -134,6 +134,6 @@ fn moved<N: ExactNumber>(direction: Vec3, p: Vec3, q: Vec3, axis: usize) -> i8 {
 pub enum Orientation {
     /// The corners run counter-clockwise for someone who looks along the direction.
     Front,
-    /// They run clockwise.
+    /// The corners run clockwise for someone who looks along the direction.
     Back,
 }

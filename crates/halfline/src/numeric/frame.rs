@@ -13,7 +13,7 @@ pub struct Frame {
     offset: Vec3,
     /// A power of two.
     scale: f64,
-    /// Its inverse.
+    /// The inverse of `scale`.
     unit: f64,
 }
 

@@ -199,7 +199,8 @@ const PLANE_ERROR: f64 = 64.0 * UNIT_ROUNDOFF * UNIT_ROUNDOFF;
 /// 2^-567.
 const PLANE_UNDERFLOW: f64 = f64::from_bits((1023 - 567) << 52);
 
-/// The same for a sum whose last factors are at most 1; larger ones scale it.
+/// What underflow may add to the error of a sum of three products as in [`PLANE_ERROR`] whose last factors
+/// are at most 1; larger ones scale it.
 const NUMERATOR_UNDERFLOW: f64 = f64::from_bits(1 << (1074 - 1066));
 
 /// Double-double quotients within this range have both parts clear of underflow and overflow.
@@ -226,8 +227,8 @@ const POINT_UNDERFLOW: f64 = 2.0 * f64::MIN_POSITIVE;
 /// multiplied by the point and, for the determinant, which counts twice, by an edge.
 const PRODUCT_UNDERFLOW: f64 = f64::from_bits(16);
 
-/// The same for the second one, which is multiplied by a direction below 2^501, and for what follows:
-/// 3 * 2^-573 and a little.
+/// Underflow in the products of the second cross product, which is multiplied by a direction below 2^501,
+/// and in what follows: 3 * 2^-573 and a little.
 const WEIGHT_UNDERFLOW: f64 = f64::from_bits((1023 - 569) << 52);
 
 /// Error of the distance from the plane, in terms of its permanent: as [`WEIGHT_ERROR`], but both

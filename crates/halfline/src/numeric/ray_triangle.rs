@@ -35,7 +35,7 @@ pub struct PreparedRay {
     /// The unit vector along the axis of its largest component: a product with it takes a component
     /// without a branch.
     longest: Vec3,
-    /// That component of the given direction.
+    /// The component of the given direction along the axis of its largest component.
     given_along: f64,
     /// The scaled direction is 2^t_exponent times the given one, and so is t for the given one.
     pub(super) t_exponent: i32,
@@ -143,7 +143,7 @@ pub struct Contact {
     pub is_crossing: bool,
     /// Where in the triangle.
     pub touched: Touched,
-    /// From which side.
+    /// From which side the line meets the triangle.
     pub orientation: Orientation,
 }
 
@@ -154,7 +154,7 @@ pub struct LineIntersection {
     pub corners: [Vec3; 3],
     /// The edge functions, each named by the corner opposite to the edge.
     edges: [Bounded; 3],
-    /// Their signs.
+    /// The signs of the edge functions.
     signs: [i8; 3],
 }
 
@@ -265,9 +265,9 @@ const LARGEST_INVERSE: f64 = f64::from_bits((1023 + 900) << 52);
 /// Doubles between which the exact t lies, and so the double nearest to it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Interval {
-    /// t is no smaller.
+    /// A lower bound: t is no smaller.
     pub low: f64,
-    /// t is no larger.
+    /// An upper bound: t is no larger.
     pub high: f64,
 }
 
@@ -370,7 +370,7 @@ impl PreparedRay {
         ]
     }
 
-    /// The rest of [`PreparedRay::meet_line`], where signs are open.
+    /// What [`PreparedRay::meet_line`] does where signs are open.
     #[cold]
     fn meet_closely(&self, corners: [Vec3; 3], edges: [Bounded; 3]) -> Option<LineIntersection> {
         let signs = self.exact_signs(&corners, &edges)?;

@@ -30,24 +30,24 @@ const fn gamma(operations: u32) -> f64 {
 /// same surface again. [`Scene::surface_point`](crate::Scene::surface_point) gives that of a hit.
 ///
 /// ```
-/// use halfline::geometry::vec3;
-/// use halfline::mesh::Positions;
-/// use halfline::{Mesh, Ray, Scene};
+/// use halfline::{Mesh, Ray, Scene, vec3};
 ///
-/// let corners = vec![[0.1, 0.2, 0.3], [1.0, 0.3, 0.7], [0.3, 1.0, 0.9]];
-/// let scene = Scene::new(Mesh::new(Positions::F64(corners.into()), vec![[0, 1, 2]])?)?;
+/// let corners = [[0.1, 0.2, 0.3], [1.0, 0.3, 0.7], [0.3, 1.0, 0.9]];
+/// let scene = Scene::new(Mesh::new(corners, [[0, 1, 2]])?)?;
 /// let ray = Ray::new(vec3(0.5, 0.4, 2.0), vec3(-0.1, 0.02, -3.0));
-/// let hit = scene.closest(&ray);
+/// let hit = scene.intersect(&[ray])[0];
 /// assert!(hit.is_hit());
 ///
 /// // Mirror the ray: it starts above the triangle and leaves it.
 /// let surface = scene.surface_point(&hit);
 /// let into = ray.direction.dot(surface.normal);
 /// let mirrored = ray.direction - surface.normal * (2.0 * into);
-/// assert!(!scene.any(&Ray::new(surface.origin_towards(mirrored), mirrored)));
+/// let reflected = Ray::new(surface.origin_towards(mirrored), mirrored);
+/// assert_eq!(scene.occluded(&[reflected]), [false]);
 ///
 /// // Let it through: the same point, but a start below the triangle.
-/// assert!(!scene.any(&Ray::new(surface.origin_towards(ray.direction), ray.direction)));
+/// let transmitted = Ray::new(surface.origin_towards(ray.direction), ray.direction);
+/// assert_eq!(scene.occluded(&[transmitted]), [false]);
 /// # Ok::<(), halfline::Error>(())
 /// ```
 ///
@@ -214,7 +214,7 @@ fn unit_normal([a, b, c]: [Vec3; 3]) -> (Vec3, f64) {
     (exact_unit_normal([a, b, c]), NORMALIZATION_ERROR + gamma(2))
 }
 
-/// The same from a vector product whose coordinates are rounded only in the end.
+/// The unit normal of a triangle, from a vector product whose coordinates are rounded only in the end.
 #[cold]
 fn exact_unit_normal([a, b, c]: [Vec3; 3]) -> Vec3 {
     const NONE: Vec3 = Vec3::splat(f64::NAN);

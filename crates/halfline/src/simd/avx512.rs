@@ -22,7 +22,7 @@ pub unsafe fn run<J: Job>(job: J) -> J::Output {
     job.run(Avx512(unsafe { Avx2::witness() }))
 }
 
-/// The same, never inlined. Compiled for AVX-512.
+/// Runs a job compiled for AVX-512, in a function that is never inlined.
 ///
 /// # Safety
 /// The machine has the instructions.

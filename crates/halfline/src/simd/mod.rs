@@ -12,6 +12,8 @@ mod avx2;
 mod avx512;
 mod portable;
 
+use std::fmt;
+
 use crate::error::{Error, Result};
 
 /// Lanes of a vector, children of a node, triangles of a leaf.
@@ -27,10 +29,10 @@ const LINE: usize = 64;
 ///
 /// An index vector is packed into 24 bits, three for each lane.
 pub(crate) trait Simd: Copy + Send + Sync {
-    /// Eight numbers.
+    /// Eight single-precision numbers, one in each lane.
     type F32x8: Copy;
 
-    /// The same number in each lane.
+    /// A vector with `x` in each lane.
     fn splat(self, x: f32) -> Self::F32x8;
 
     /// The numbers of an array.
@@ -57,7 +59,7 @@ pub(crate) trait Simd: Copy + Send + Sync {
     /// `c - a * b`, rounded once or twice.
     fn neg_mul_add(self, a: Self::F32x8, b: Self::F32x8, c: Self::F32x8) -> Self::F32x8;
 
-    /// Without the sign.
+    /// The magnitude of each number.
     fn abs(self, a: Self::F32x8) -> Self::F32x8;
 
     /// A bit for each lane where `a < b`.
@@ -90,16 +92,16 @@ pub(crate) trait Simd: Copy + Send + Sync {
     /// A bit for each word below `limit`.
     fn lt_u32(self, words: &[u32; WORDS], limit: u32) -> u32;
 
-    /// The same instructions on doubles.
+    /// The operations of this instruction set on doubles.
     type F64: SimdF64;
 
-    /// Their witness.
+    /// The witness of the operations on doubles.
     fn doubles(self) -> Self::F64;
 
     /// The nearest single-precision numbers.
     fn narrow(self, a: <Self::F64 as SimdF64>::F64x8) -> Self::F32x8;
 
-    /// The same numbers as doubles.
+    /// The numbers of `a` as doubles.
     fn widen(self, a: Self::F32x8) -> <Self::F64 as SimdF64>::F64x8;
 
     /// `x` where `a < b`, else `y`.
@@ -114,7 +116,7 @@ pub(crate) trait Simd: Copy + Send + Sync {
     /// `x` where the mask has a bit, else `y`.
     fn select(self, mask: u32, x: Self::F32x8, y: Self::F32x8) -> Self::F32x8;
 
-    /// Rows for columns.
+    /// Transposes eight rows to eight columns.
     fn transpose(self, rows: [Self::F32x8; LANES]) -> [Self::F32x8; LANES];
 
     /// Does work with the same instructions in a function of its own: work that is rare would be in the
@@ -128,10 +130,10 @@ pub(crate) trait Simd: Copy + Send + Sync {
 
 /// The operations of an instruction set on eight doubles.
 pub(crate) trait SimdF64: Copy {
-    /// Eight numbers.
+    /// Eight doubles, one in each lane.
     type F64x8: Copy;
 
-    /// The same number in each lane.
+    /// A vector with `x` in each lane.
     fn splat(self, x: f64) -> Self::F64x8;
 
     /// The numbers of an array.
@@ -155,7 +157,7 @@ pub(crate) trait SimdF64: Copy {
     /// `a / b`.
     fn div(self, a: Self::F64x8, b: Self::F64x8) -> Self::F64x8;
 
-    /// Without the sign.
+    /// The magnitude of each number.
     fn abs(self, a: Self::F64x8) -> Self::F64x8;
 
     /// The largest power of two that is no larger in magnitude, for normal numbers.
@@ -197,7 +199,7 @@ const POWER_AND_INVERSE: u64 = 2046 << 52;
 
 /// Work that is compiled for every instruction set.
 pub(crate) trait Job {
-    /// What comes of it.
+    /// What comes of the work.
     type Output;
 
     /// Does the work. To be marked `inline(always)`, as everything that it calls and that should
@@ -261,7 +263,7 @@ impl Level {
         })
     }
 
-    /// Its name, as the environment variable has it.
+    /// The name of the instruction set, as the environment variable has it.
     pub fn name(self) -> &'static str {
         match self.0 {
             Set::Scalar => "scalar",
@@ -284,6 +286,12 @@ impl Level {
             #[cfg(target_arch = "x86_64")]
             Set::Avx512 => unsafe { avx512::run(job) },
         }
+    }
+}
+
+impl fmt::Display for Level {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.pad(self.name())
     }
 }
 

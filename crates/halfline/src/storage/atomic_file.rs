@@ -120,7 +120,8 @@ impl AtomicFile {
         self.commit_with(None)
     }
 
-    /// The same, as a file that was last modified then, if the path's file system can tell.
+    /// Commits as [`AtomicFile::commit`] does, as a file that was last modified at `time`, if the path's
+    /// file system can tell.
     pub fn commit_as_of(self, time: SystemTime) -> Result<()> {
         self.commit_with(Some(time))
     }

@@ -77,6 +77,12 @@ impl<T> From<Vec<T>> for Buffer<T> {
     }
 }
 
+impl<T, const N: usize> From<[T; N]> for Buffer<T> {
+    fn from(items: [T; N]) -> Buffer<T> {
+        Vec::from(items).into()
+    }
+}
+
 impl<T> FromIterator<T> for Buffer<T> {
     fn from_iter<I: IntoIterator<Item = T>>(items: I) -> Buffer<T> {
         Vec::from_iter(items).into()

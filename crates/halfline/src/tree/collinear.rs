@@ -8,14 +8,14 @@ use crate::geometry::Vec3;
 use crate::mesh::Mesh;
 use crate::storage::Buffer;
 
-/// A corner of such a face.
+/// A corner of a face whose corners are apart but on one line.
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
 #[repr(C)]
 pub struct CollinearCorner {
-    /// Of its place.
+    /// The hash of where the corner lies.
     hash: u64,
     face: u32,
-    /// Zero.
+    /// Always zero: fills the struct up, so that no byte is undefined.
     unused: u32,
 }
 

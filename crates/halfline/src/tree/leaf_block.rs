@@ -24,9 +24,9 @@ pub type CornerLanes = [[[f32; BLOCK_SIZE]; 3]; 3];
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
 #[repr(C, align(64))]
 pub struct LeafBlock {
-    /// By corner, axis, and triangle.
+    /// The coordinates of the corners, by corner, axis, and triangle.
     pub corners: CornerLanes,
-    /// The faces.
+    /// The faces of the triangles.
     pub faces: [u32; BLOCK_SIZE],
 }
 

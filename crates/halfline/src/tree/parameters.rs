@@ -1,8 +1,19 @@
 //! What a user may choose about a tree.
 
+use std::fmt;
+use std::str::FromStr;
+
 use crate::error::{Error, Result};
 
 /// How the tree is built.
+///
+/// ```
+/// use halfline::{BuildParameters, Preset};
+///
+/// let parameters = BuildParameters::preset(Preset::Best).with_duplication_budget(0.5);
+/// assert_eq!(parameters.preset_name(), "custom");
+/// ```
+#[non_exhaustive]
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BuildParameters {
     /// Cells of at most this many triangles are divided by object splits alone. Smaller values give more
@@ -28,28 +39,68 @@ impl Default for BuildParameters {
     }
 }
 
-/// Between a tree soon and one that is quick to walk.
+/// Between a tree that is built soon and one that is quick to walk. The answers are the same.
+///
+/// ```
+/// use halfline::Preset;
+///
+/// assert_eq!("best".parse::<Preset>()?, Preset::Best);
+/// assert_eq!(Preset::Best.to_string(), "best");
+/// let error = "finest".parse::<Preset>().unwrap_err();
+/// assert_eq!(
+///     error.to_string(),
+///     "preset: expected one of 'fast', 'balanced', 'best', found 'finest'",
+/// );
+/// # Ok::<(), halfline::Error>(())
+/// ```
+#[non_exhaustive]
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Preset {
-    /// The first picture soonest.
+    /// Builds soonest: for the first picture.
     Fast,
-    /// For as many rays as the mesh has triangles, and more.
+    /// Builds in the usual time: for as many rays as the mesh has triangles, and more.
     Balanced,
-    /// The most rays a second, however long it takes to build.
+    /// Gives the most rays a second, however long it takes to build.
     Best,
 }
 
 impl Preset {
-    /// All of them, the quickest to build first.
+    /// All presets, the quickest to build first.
     pub const ALL: [Preset; 3] = [Preset::Fast, Preset::Balanced, Preset::Best];
 
-    /// As the command line and reports have it.
+    /// The name by which the command line, Python and reports call a preset.
     pub fn name(self) -> &'static str {
         match self {
             Preset::Fast => "fast",
             Preset::Balanced => "balanced",
             Preset::Best => "best",
         }
+    }
+}
+
+impl fmt::Display for Preset {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.pad(self.name())
+    }
+}
+
+impl FromStr for Preset {
+    type Err = Error;
+
+    /// The preset of a name.
+    fn from_str(name: &str) -> Result<Preset> {
+        Preset::ALL.into_iter().find(|preset| preset.name() == name).ok_or_else(|| {
+            let names = Preset::ALL.map(|preset| format!("'{preset}'")).join(", ");
+            Error::invalid("preset", format!("expected one of {names}, found '{name}'"))
+        })
+    }
+}
+
+impl TryFrom<&str> for Preset {
+    type Error = Error;
+
+    fn try_from(name: &str) -> Result<Preset> {
+        name.parse()
     }
 }
 
@@ -79,6 +130,42 @@ impl BuildParameters {
                 ..balanced
             },
         }
+    }
+
+    /// These parameters, but for [`spatial_split_min_triangles`](BuildParameters::spatial_split_min_triangles).
+    #[must_use]
+    pub const fn with_spatial_split_min_triangles(self, triangles: usize) -> BuildParameters {
+        BuildParameters { spatial_split_min_triangles: triangles, ..self }
+    }
+
+    /// These parameters, but for [`duplication_budget`](BuildParameters::duplication_budget).
+    #[must_use]
+    pub const fn with_duplication_budget(self, references_per_triangle: f64) -> BuildParameters {
+        BuildParameters { duplication_budget: references_per_triangle, ..self }
+    }
+
+    /// These parameters, but for [`spatial_bins`](BuildParameters::spatial_bins).
+    #[must_use]
+    pub const fn with_spatial_bins(self, bins: usize) -> BuildParameters {
+        BuildParameters { spatial_bins: bins, ..self }
+    }
+
+    /// These parameters, but for [`object_bins`](BuildParameters::object_bins).
+    #[must_use]
+    pub const fn with_object_bins(self, bins: usize) -> BuildParameters {
+        BuildParameters { object_bins: bins, ..self }
+    }
+
+    /// These parameters, but for [`weigh_object_splits`](BuildParameters::weigh_object_splits).
+    #[must_use]
+    pub const fn with_weigh_object_splits(self, weigh: bool) -> BuildParameters {
+        BuildParameters { weigh_object_splits: weigh, ..self }
+    }
+
+    /// These parameters, but for [`coarse_grid`](BuildParameters::coarse_grid).
+    #[must_use]
+    pub const fn with_coarse_grid(self, coarse: bool) -> BuildParameters {
+        BuildParameters { coarse_grid: coarse, ..self }
     }
 
     /// The name of the preset that has these parameters; "custom" if there is none.

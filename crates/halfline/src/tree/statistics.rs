@@ -14,7 +14,7 @@ pub struct TreeStatistics {
     pub spatial_splits: usize,
     /// How often the builder divided triangles without cutting them.
     pub object_splits: usize,
-    /// Leaves.
+    /// How many leaves there are.
     pub leaves: usize,
     /// Children of a node, on the average.
     pub children_per_node: f64,

@@ -20,7 +20,7 @@ pub struct ExactContact {
 }
 
 impl ExactContact {
-    /// The same triangle and t, to the bit; u and v to [`WEIGHT_TOLERANCE`].
+    /// True for a hit of the same triangle and t, to the bit; u and v to [`WEIGHT_TOLERANCE`].
     fn is(&self, hit: &Hit) -> bool {
         self.face == hit.face
             && self.t.to_bits() == hit.t.to_bits()

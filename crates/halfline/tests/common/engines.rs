@@ -1,23 +1,19 @@
 //! Every engine under trial, and what they answer.
 
-use halfline::builder::{BuildParameters, Preset};
 use halfline::mesh::Positions;
 use halfline::progress::NoProgress;
-use halfline::simd::Level;
 use halfline::textbook::{
     KdTree, Middle, Node, ObjectMedian, SplittingRule, SurfaceArea, Termination,
 };
-use halfline::{Hit, Mesh, Ray, RayF32, Scene, brute_force};
+use halfline::{BuildParameters, Hit, Level, Mesh, Preset, Ray, RayF32, Scene, brute_force};
 
 use super::contact::{Answers, Case};
 
 /// How trees are built in the tests: with many planes, with none, and as each preset has it.
 pub fn build_variants() -> Vec<BuildParameters> {
     let balanced = BuildParameters::default();
-    let many =
-        BuildParameters { spatial_split_min_triangles: 1, duplication_budget: 16.0, ..balanced };
-    let none =
-        BuildParameters { spatial_split_min_triangles: 8, duplication_budget: 0.0, ..balanced };
+    let many = balanced.with_spatial_split_min_triangles(1).with_duplication_budget(16.0);
+    let none = balanced.with_spatial_split_min_triangles(8).with_duplication_budget(0.0);
     [many, none].into_iter().chain(Preset::ALL.map(BuildParameters::preset)).collect()
 }
 

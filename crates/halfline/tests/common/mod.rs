@@ -21,14 +21,14 @@ use halfline::numeric::PreparedRay;
 use halfline::tree::{BLOCK_SIZE, Bounds, LeafBlock, MAX_STACK_SIZE, NodeRef, Tree};
 use halfline::{Mesh, Ray, Vec3};
 
-/// The same triangles in single precision, of which trees keep copies.
+/// The triangles of a mesh in single precision, of which trees keep copies.
 pub fn in_single_precision(mesh: &Mesh) -> Mesh {
     let Positions::F64(positions) = mesh.positions() else { return mesh.clone() };
     let positions = positions.iter().map(|p| p.map(|x| x as f32));
     Mesh::new(Positions::F32(positions.collect()), mesh.triangles().to_vec()).expect("a valid mesh")
 }
 
-/// The same triangles in double precision.
+/// The triangles of a mesh in double precision.
 pub fn in_double_precision(mesh: &Mesh) -> Mesh {
     let positions = (0..mesh.positions().len()).map(|i| mesh.positions().get(i).to_array());
     Mesh::new(Positions::F64(positions.collect()), mesh.triangles().to_vec()).expect("a valid mesh")

@@ -6,7 +6,8 @@ use halfline::{Mesh, Vec3};
 /// A mesh from triangles that share no vertex.
 pub fn soup(triangles: impl IntoIterator<Item = [Vec3; 3]>) -> Mesh {
     let vertices: Vec<[f64; 3]> = triangles.into_iter().flatten().map(Vec3::to_array).collect();
-    let faces = (0..vertices.len() as u32 / 3).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect();
+    let faces: Vec<_> =
+        (0..vertices.len() as u32 / 3).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect();
     Mesh::new(Positions::F64(vertices.into()), faces).expect("a valid mesh")
 }
 

@@ -1,10 +1,9 @@
 //! What scenes offer for batches: answers into memory that is there, and what they cost.
 
 use crate::common::{Random, meshes, nasty_ray, sphere};
+use halfline::inspect::WorkCounts;
 use halfline::progress::NoProgress;
-use halfline::scene::WorkCounts;
-use halfline::scene::inspect;
-use halfline::{Hit, HitF32, Ray, RayF32, Scene, Vec3};
+use halfline::{Hit, HitF32, Ray, RayF32, Scene, Vec3, inspect};
 
 fn single(ray: &Ray) -> RayF32 {
     let numbers = |v: Vec3| v.to_array().map(|x| x as f32);
@@ -169,7 +168,7 @@ fn work_does_not_depend_on_threads() {
 fn rays_that_are_alike_fetch_less_together() {
     let mut scene = Scene::new(sphere(4, Vec3::ZERO, 1.0)).expect("builds");
     let rays = picture(64);
-    for level in halfline::simd::Level::available() {
+    for level in halfline::Level::available() {
         scene.set_simd_level(level);
         for is_any in [false, true] {
             let together = inspect::count_work(&scene, &rays, is_any);

@@ -128,7 +128,7 @@ fn a_sheet_is_hit_once_everywhere_and_at_its_border() {
 fn a_sheet_with_shared_vertices_is_the_same() {
     let vertices = (0..16).map(|i| [f64::from(i % 4), f64::from(i / 4), 0.5]);
     let cell = |i: u32| [[i, i + 1, i + 5], [i, i + 5, i + 4]];
-    let faces = [0, 1, 2, 4, 5, 6, 8, 9, 10].into_iter().flat_map(cell).collect();
+    let faces: Vec<_> = [0, 1, 2, 4, 5, 6, 8, 9, 10].into_iter().flat_map(cell).collect();
     let mesh = Mesh::new(Positions::F64(vertices.collect()), faces).expect("a valid mesh");
     assert_one_hit(&mesh, &rays_through(&lattice(0, 3, 0.5), &DIRECTIONS));
 }

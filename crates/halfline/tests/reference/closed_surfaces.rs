@@ -7,8 +7,7 @@ use crate::common::grid::{LINES, aimed_at, judged, sides, tetrahedra};
 use crate::common::integer::is_inside;
 use crate::common::proof::{Share, prove, report};
 use crate::common::{Random, grid_cube, in_single_precision, nudge, soup, sphere};
-use halfline::simd::Level;
-use halfline::{Mesh, Ray, Scene, Vec3};
+use halfline::{Level, Mesh, Ray, Scene, Vec3};
 use proptest::prelude::*;
 use rayon::prelude::*;
 

@@ -3,8 +3,8 @@
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use crate::common::{Random, nasty_ray, sphere};
+use halfline::columns::{Column, HitColumns, RayColumns, Scalars, Vectors};
 use halfline::progress::{NoProgress, Observer, Stage};
-use halfline::scene::{Column, HitColumns, RayColumns, Scalars, Vectors};
 use halfline::{Error, Hit, Ray, Scene, Vec3};
 
 /// Around the number of rays that a thread takes at a time.

@@ -11,9 +11,8 @@ use halfline::explain::{
 };
 use halfline::geometry::vec3;
 use halfline::progress::{NoProgress, Observer};
-use halfline::scene::inspect;
 use halfline::textbook::{KdTree, Termination, Visits};
-use halfline::{Error, Mesh, Ray, RayF32, Scene, Vec3, brute_force};
+use halfline::{Error, Mesh, Ray, RayF32, Scene, Vec3, brute_force, inspect};
 
 const RAYS_PER_MESH: u64 = 60;
 
@@ -67,7 +66,7 @@ fn counts_and_hits_are_those_of_textbook_and_engine() {
         );
 
         if Ray::from(single(ray)) == *ray {
-            let work = inspect::count_work(&scene, &[single(ray)], false);
+            let work = inspect::count_work(scene, &[single(ray)], false);
             let Visits { nodes, leaves, .. } = explanation.engine.visits;
             assert_eq!((nodes - leaves, leaves), (work.nodes, work.leaves), "{name}");
             compared_with_engine += usize::from(nodes > 0);

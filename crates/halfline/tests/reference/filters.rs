@@ -3,13 +3,10 @@
 
 use crate::common::engines::{by_batch, by_engine};
 use crate::common::{Random, meshes, nasty_ray};
-use halfline::builder::BuildParameters;
 use halfline::geometry::NO_FACE;
 use halfline::numeric::{PreparedRay, Touched};
 use halfline::progress::NoProgress;
-use halfline::scene::inspect;
-use halfline::simd::Level;
-use halfline::{Ray, Scene, Vec3};
+use halfline::{BuildParameters, Level, Ray, Scene, Vec3, inspect};
 
 /// Holds `ray` against every leaf of the scene, and counts the triangles, those that the filter
 /// kept, and those that the ray's line meets.
@@ -109,11 +106,8 @@ fn crumbs_are_where_they_are() {
         [a, b, c]
     });
     let mesh = crate::common::soup(crumbs.collect::<Vec<_>>());
-    let few_in_a_cell = BuildParameters {
-        spatial_split_min_triangles: 8,
-        duplication_budget: 8.0,
-        ..BuildParameters::default()
-    };
+    let few_in_a_cell =
+        BuildParameters::default().with_spatial_split_min_triangles(8).with_duplication_budget(8.0);
     let mut scene = Scene::builder(mesh)
         .parameters(few_in_a_cell)
         .observer(&NoProgress)
@@ -157,11 +151,8 @@ fn plain_hits_are_certain() {
 }
 
 fn scenes() -> Vec<(&'static str, Scene)> {
-    let few_in_a_cell = BuildParameters {
-        spatial_split_min_triangles: 8,
-        duplication_budget: 8.0,
-        ..BuildParameters::default()
-    };
+    let few_in_a_cell =
+        BuildParameters::default().with_spatial_split_min_triangles(8).with_duplication_budget(8.0);
     meshes()
         .into_iter()
         .map(|(name, mesh)| {

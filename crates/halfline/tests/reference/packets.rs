@@ -2,10 +2,9 @@
 
 use crate::common::engines::{bits, by_batch, by_brute_force, by_engine};
 use crate::common::{Random, in_single_precision, meshes, soup, sphere, target};
-use halfline::builder::BuildParameters;
 use halfline::numeric::PreparedRay;
 use halfline::progress::NoProgress;
-use halfline::{Mesh, Ray, Scene, Vec3};
+use halfline::{BuildParameters, Mesh, Ray, Scene, Vec3};
 
 /// Rays of a packet, at least and at most.
 const GROUPS: [usize; 2] = [16, 64];
@@ -146,11 +145,8 @@ fn the_company_of_a_ray_does_not_matter() {
 
 /// A tree of small leaves, so that a few triangles are enough for several nodes.
 fn scene_of_small_leaves(mesh: Mesh) -> Scene {
-    let parameters = BuildParameters {
-        spatial_split_min_triangles: 1,
-        duplication_budget: 8.0,
-        ..BuildParameters::default()
-    };
+    let parameters =
+        BuildParameters::default().with_spatial_split_min_triangles(1).with_duplication_budget(8.0);
     Scene::builder(mesh).parameters(parameters).observer(&NoProgress).build().expect("builds")
 }
 

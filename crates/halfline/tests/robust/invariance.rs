@@ -5,10 +5,9 @@ use crate::common::engines::{build_variants, by_brute_force, by_engine, engine_p
 use crate::common::grid::{LINES, aimed_at, judged, plates, soups, stacks};
 use crate::common::proof::{Share, prove, report};
 use crate::common::{Random, in_double_precision, in_single_precision, meshes, nasty_ray, soup};
-use halfline::builder::BuildParameters;
 use halfline::mesh::Positions;
 use halfline::progress::NoProgress;
-use halfline::{Hit, Mesh, Ray, Scene, Vec3};
+use halfline::{BuildParameters, Hit, Mesh, Ray, Scene, Vec3};
 use proptest::prelude::*;
 
 /// The meshes of the table that are of ordinary size, so that there is room to scale them.
@@ -67,7 +66,7 @@ fn scaled_ray(ray: &Ray, size: i32, speed: i32) -> Option<Ray> {
     })
 }
 
-/// The same answers with t times 2^exponent.
+/// `answers` with t times 2^exponent.
 fn scaled_answers(answers: &Answers, exponent: i32) -> Option<Answers> {
     let scaled = |hit: &Hit| Some(Hit { t: exactly_scaled(hit.t, exponent)?, ..*hit });
     Some(Answers {
@@ -165,7 +164,8 @@ fn the_order_of_faces_changes_only_their_numbers() {
         shuffled.sort_by_cached_key(|_| random.below(1 << 30));
         let reversed = (0..mesh.triangle_count() as u32).rev().collect();
         for (i, old_of_new) in [shuffled, reversed].iter().enumerate() {
-            let triangles = old_of_new.iter().map(|&old| mesh.triangles()[old as usize]).collect();
+            let triangles: Vec<_> =
+                old_of_new.iter().map(|&old| mesh.triangles()[old as usize]).collect();
             let other = Mesh::new(mesh.positions().clone(), triangles).expect("a valid mesh");
             let mut new_of_old = vec![0; old_of_new.len()];
             for (new, &old) in old_of_new.iter().enumerate() {

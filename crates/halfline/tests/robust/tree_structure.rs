@@ -2,12 +2,11 @@
 
 use crate::common::engines::build_variants;
 use crate::common::{check_structure, meshes, soup};
-use halfline::builder::{BuildParameters, Preset};
 use halfline::error::Error;
 use halfline::mesh::Positions;
 use halfline::progress::{NoProgress, Observer};
 use halfline::tree::Tree;
-use halfline::{Mesh, Ray, Scene, Vec3};
+use halfline::{BuildParameters, Mesh, Preset, Ray, Scene, Vec3};
 use halfline_io::models::{Kind, generate};
 
 #[test]
@@ -86,26 +85,19 @@ fn a_build_ends_when_it_is_told_to() {
 fn senseless_parameters_are_refused() {
     for (parameters, name) in [
         (
-            BuildParameters { spatial_split_min_triangles: 0, ..BuildParameters::default() },
+            BuildParameters::default().with_spatial_split_min_triangles(0),
             "spatial_split_min_triangles",
         ),
-        (
-            BuildParameters { duplication_budget: f64::NAN, ..BuildParameters::default() },
-            "duplication_budget",
-        ),
-        (BuildParameters { spatial_bins: 0, ..BuildParameters::default() }, "spatial_bins"),
-        (BuildParameters { object_bins: 64, ..BuildParameters::default() }, "object_bins"),
-        (
-            BuildParameters { duplication_budget: -1.0, ..BuildParameters::default() },
-            "duplication_budget",
-        ),
+        (BuildParameters::default().with_duplication_budget(f64::NAN), "duplication_budget"),
+        (BuildParameters::default().with_spatial_bins(0), "spatial_bins"),
+        (BuildParameters::default().with_object_bins(64), "object_bins"),
+        (BuildParameters::default().with_duplication_budget(-1.0), "duplication_budget"),
     ] {
         let error = Scene::builder(soup([]))
             .parameters(parameters)
             .observer(&NoProgress)
             .build()
-            .err()
-            .expect("an error");
+            .expect_err("an error");
         assert!(error.to_string().starts_with(name), "{error}");
     }
 }

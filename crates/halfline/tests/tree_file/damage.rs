@@ -149,7 +149,7 @@ fn a_file_cut_short_is_an_error_and_not_the_end() {
         let error = opened.observed(&NoProgress).intersect(&rays).unwrap_err().to_string();
         assert!(error.contains("tree.hlt") && error.contains("cut short"), "{error}");
         ask_everything(&opened, 1);
-        assert!(opened.save(&folder.path().join("copy.hlt"), &NoProgress).is_err());
+        assert!(opened.save(folder.path().join("copy.hlt"), &NoProgress).is_err());
         assert!(!folder.path().join("copy.hlt").exists());
     }
 }

@@ -157,7 +157,7 @@ fn the_specified_bytes_are_where_the_specification_says() {
 fn trees_are_known_by_their_first_bytes_or_their_name() {
     let folder = tempfile::tempdir().unwrap();
     let at = |name: &str| folder.path().join(name);
-    full_scene().save(&at("tree.bin"), &NoProgress).unwrap();
+    full_scene().save(at("tree.bin"), &NoProgress).unwrap();
     std::fs::write(at("mesh.ply"), "ply\n").unwrap();
     std::fs::write(at("other.HLT"), "ply\n").unwrap();
     assert!(is_tree_file(&at("tree.bin")));

@@ -104,7 +104,7 @@ fn truncated_longer_foreign_and_other_files_are_refused_in_one_line() {
         assert!(refused(&with(12, &[1, 2, 3, 4])).contains("another order"));
     }
 
-    let missing = Scene::open(&folder.path().join("none.hlt"), Verify::Always, &NoProgress);
+    let missing = Scene::open(folder.path().join("none.hlt"), Verify::Always, &NoProgress);
     assert!(matches!(missing, Err(Error::Io { .. })));
     assert!(refusal(folder.path(), Verify::Always).contains("directory"));
     assert!(refusal(Path::new("/dev/null"), Verify::Always).contains("regular file"));

@@ -22,7 +22,7 @@ pub(super) struct Node {
     pub(super) surface: Surface,
     /// The normal to shade with, towards where the ray came from.
     pub(super) normal: Vec3,
-    /// Of a point on the model; `None` on the ground.
+    /// What becomes of the light, at a point on the model; `None` on the ground.
     pub(super) weights: Option<Weights>,
     /// Where mirrored and refracted light comes from.
     pub(super) sources: [Source; 2],
@@ -30,7 +30,7 @@ pub(super) struct Node {
     pub(super) first_dimension: u32,
     /// What it sends back of what comes straight from lights, and what it would send back without shadows.
     pub(super) direct: [Color; 2],
-    /// Once it is known.
+    /// The light that the point sends on, once it is known.
     pub(super) radiance: Radiance,
 }
 

@@ -13,11 +13,11 @@ use crate::world::Surface;
 /// the boundary, scattered.
 pub(super) struct Weights {
     material: Material,
-    /// Mirrored sharply.
+    /// The share that is mirrored sharply.
     pub(super) mirrored: Color,
-    /// Mirrored so that only highlights of lights show.
+    /// The share that is mirrored so that only highlights of lights show.
     blurred: Color,
-    /// Through the boundary.
+    /// The share that passes through the boundary.
     pub(super) passed: Color,
     /// The unit direction of what passes; `None` for total internal reflection.
     pub(super) refracted: Option<Vec3>,

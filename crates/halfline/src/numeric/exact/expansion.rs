@@ -68,7 +68,7 @@ impl ExactNumber for Expansion {
         difference
     }
 
-    /// SCALE-EXPANSION.
+    /// The product with a number, by Shewchuk's SCALE-EXPANSION.
     fn scaled(&self, factor: f64) -> Self {
         let mut product = Self::default();
         let mut carry = 0.0;

@@ -15,14 +15,14 @@ use crate::progress::{Observer, SharedProgress, Stage};
 /// Its first page and its length are always checked.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Verify {
-    /// If the file's time of modification is not the one that it got when it was written, as after
+    /// Checks if the file's time of modification is not the one that it got when it was written, as after
     /// copying it or changing anything in it.
     #[default]
     IfTouched,
-    /// Each time.
+    /// Checks each time.
     Always,
-    /// Never. What is damaged then gives wrong answers or errors, as anything that is damaged after it
-    /// was opened.
+    /// Never checks. What is damaged then gives wrong answers or errors, as anything that is damaged after
+    /// it was opened.
     Never,
 }
 

@@ -14,7 +14,7 @@ pub const MAGIC: [u8; 8] = *b"\x89HLT\r\n\x1a\n";
 /// The version of the format that this code writes, and the only one that it reads.
 pub const VERSION: u32 = 2;
 
-/// Reads otherwise where numbers have their bytes the other way round.
+/// A number that reads otherwise where numbers have their bytes the other way round.
 pub const BYTE_ORDER: u32 = 0x0102_0304;
 
 /// The header has a page of its own, and every section begins on one.
@@ -44,7 +44,7 @@ impl Section {
     pub const CHECKSUMS: usize = 9;
     pub const COUNT: usize = 10;
 
-    /// Their names, for errors.
+    /// The names of the sections, for errors.
     pub const NAMES: [&'static str; Section::COUNT] = [
         "nodes",
         "leaf blocks",
@@ -58,7 +58,7 @@ impl Section {
         "checksums",
     ];
 
-    /// Its bytes. Only for sections that were checked to lie in the file.
+    /// The bytes of the section in the file. Only for sections that were checked to lie there.
     pub fn range(&self) -> Range<usize> {
         self.offset as usize..(self.offset + self.bytes) as usize
     }
@@ -81,19 +81,19 @@ impl Flag {
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
 #[repr(C)]
 pub struct Header {
-    /// [`MAGIC`].
+    /// Always [`MAGIC`].
     pub magic: [u8; 8],
-    /// [`VERSION`].
+    /// Always [`VERSION`].
     pub version: u32,
-    /// [`BYTE_ORDER`].
+    /// Always [`BYTE_ORDER`].
     pub byte_order: u32,
     /// Length of the whole file.
     pub file_bytes: u64,
     /// The time of modification that the file got when it was written, in seconds since 1970.
     pub written_at: i64,
-    /// See `checksums.rs`.
+    /// The checksum of the header with zero in this field, as `checksums.rs` computes it.
     pub header_checksum: u64,
-    /// Lower half first.
+    /// The hash of all content, its lower half first.
     pub content_hash: [u64; 2],
     pub mesh_hash: [u64; 2],
     pub sections: [Section; Section::COUNT],
@@ -118,7 +118,7 @@ pub struct Header {
     pub build_seconds: f64,
     /// Name and version of the program that wrote the file, for people.
     pub program: [u8; 32],
-    /// Zeros.
+    /// Always zeros.
     pub unused: [u8; 3688],
 }
 

@@ -44,22 +44,22 @@ pub struct TreeFile {
 }
 
 impl TreeFile {
-    /// Where it is, as an absolute path.
+    /// Where the file is, as an absolute path.
     pub fn path(&self) -> &Path {
         &self.path
     }
 
-    /// That of the mesh, the tree and how it was built: the same for the same input on every machine.
+    /// The hash of the mesh, the tree and how it was built: the same for the same input on every machine.
     pub fn content_hash(&self) -> ContentHash {
         self.content_hash
     }
 
-    /// That of the mesh's vertices and triangles.
+    /// The hash of the mesh's vertices and triangles.
     pub fn mesh_hash(&self) -> ContentHash {
         self.mesh_hash
     }
 
-    /// How large it is.
+    /// How large the file is, in bytes.
     pub fn bytes(&self) -> u64 {
         self.map.len() as u64
     }

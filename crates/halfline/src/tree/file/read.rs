@@ -19,15 +19,15 @@ use crate::tree::{BuildParameters, CollinearFaces, LeafBlocks, MAX_STACK_SIZE, N
 
 /// What a tree file holds.
 pub struct Opened {
-    /// Its mesh.
+    /// The mesh in the file.
     pub mesh: Mesh,
-    /// The tree over it,
+    /// The tree over the mesh.
     pub tree: Tree,
-    /// how that was built,
+    /// How the tree was built.
     pub parameters: BuildParameters,
-    /// and how long it took.
+    /// How long the tree took to build.
     pub build_time: Duration,
-    /// The file.
+    /// The file, mapped.
     pub file: TreeFile,
 }
 
