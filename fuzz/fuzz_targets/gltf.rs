@@ -4,8 +4,8 @@
 
 use std::sync::Once;
 
-use halfline_io::gltf;
 use halfline_fuzz::{try_reader, write};
+use halfline_io::gltf;
 use libfuzzer_sys::fuzz_target;
 
 const IMAGE: &[u8] = include_bytes!("../../crates/halfline-io/tests/mesh_files/red.jpg");

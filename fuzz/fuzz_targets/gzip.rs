@@ -11,9 +11,9 @@ use std::io::Write;
 use arbitrary::{Arbitrary, Unstructured};
 use flate2::Compression;
 use flate2::write::GzEncoder;
-use halfline_io::load;
 use halfline::progress::NoProgress;
 use halfline_fuzz::{be_single_threaded, check_answer, write};
+use halfline_io::load;
 use libfuzzer_sys::fuzz_target;
 
 /// Names that decide the format where the content does not.

@@ -3,8 +3,8 @@
 
 #![no_main]
 
-use halfline_io::obj;
 use halfline_fuzz::{try_reader, write};
+use halfline_io::obj;
 use libfuzzer_sys::fuzz_target;
 
 /// What parts the mesh from its materials.

@@ -6,9 +6,9 @@ use std::path::{Path, PathBuf};
 use std::sync::{Once, OnceLock};
 
 use halfline::error::{Error, Result};
-use halfline_io::{ply, save_ply};
-use halfline::progress::{Observer, NoProgress};
+use halfline::progress::{NoProgress, Observer};
 use halfline::{Mesh, Scene};
+use halfline_io::{ply, save_ply};
 use tempfile::TempDir;
 
 /// A reader of one format.

@@ -35,10 +35,11 @@ impl Bench {
         let mut child = command.spawn().unwrap();
         let mut stdin = child.stdin.take().unwrap();
         let outcome = std::thread::scope(|scope| {
-            scope.spawn(move || match stdin.write_all(input) {
+            scope.spawn(move || {
                 // What is refused by its start is not read on.
-                Err(error) => assert_eq!(error.kind(), ErrorKind::BrokenPipe),
-                Ok(()) => {}
+                if let Err(error) = stdin.write_all(input) {
+                    assert_eq!(error.kind(), ErrorKind::BrokenPipe);
+                }
             });
             end_of(line, child)
         });
