@@ -105,7 +105,8 @@ def faces_of_leaves(tree: Tree) -> list[list[int]]:
             for lane, child in enumerate(nodes[index, 48:56].tolist()):
                 if child >> 30 != 2:
                     box = sides[index, :, 0, lane], sides[index, :, 1, lane]
-                    assert (low <= box[0]).all() and (box[1] <= high).all()
+                    assert (low <= box[0]).all()
+                    assert (box[1] <= high).all()
                     pending.append((child, *box))
     assert (seen == 1).all()
     return leaves
