@@ -70,7 +70,7 @@ fn damage(path: &Path, random: &mut Random) {
             0 => vec![0; 1 + random.below(5000)],
             1 => vec![0xff; 1 + random.below(100)],
             2 => (0..1 + random.below(64)).map(|_| random.below(256) as u8).collect(),
-            // Words of nodes and faces become others that could be.
+            // Node references and faces become others that could be.
             _ => (random.below(300) as u32 | (random.below(2) as u32) << 30).to_le_bytes().to_vec(),
         };
         let count = bytes.len().min(length - at);
