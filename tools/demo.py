@@ -62,7 +62,7 @@ def main() -> None:
         "generate the scan": generated["generate_seconds"],
         "write it": generated["write_seconds"],
         "load it": rendered["load_seconds"],
-        "build the kd-tree": rendered["build_seconds"],
+        "build the tree": rendered["build_seconds"],
         "trace": rendered["trace_seconds"],
         "write the picture": rendered["write_seconds"],
     }

@@ -1,4 +1,4 @@
-"""Casts rays at triangle meshes of any size through a kd-tree.
+"""Casts rays at triangle meshes of any size, exactly.
 
     >>> import halfline
     >>> scene = halfline.Scene(halfline.generate("sphere", 1280))   # or of halfline.load(path)

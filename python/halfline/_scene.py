@@ -31,7 +31,7 @@ Color: TypeAlias = str | Sequence[float]
 
 
 class Scene:
-    """A mesh with a kd-tree over it, which answers questions about rays.
+    """A mesh with a tree over it, which answers questions about rays.
 
     `Scene(mesh)`, `Scene(vertices, faces)`, and `Scene(anything)` with `.vertices` and `.faces`
     build the tree, on all threads (see `set_thread_count`). A scene never changes; it may be asked
@@ -45,8 +45,8 @@ class Scene:
 
     Every hit is that of the exact ray with the exact triangles: no ray slips between triangles that
     share an edge or a vertex, and each crossing of a closed surface counts once. docs/numerics.md
-    derives it. The tree is that of Wald and Havran, "On building fast kd-trees for ray tracing, and
-    on doing that in O(N log N)" (2006), with the changes that ARCHITECTURE.md tells.
+    derives it. The tree is that of Stich, Friedrich and Dietrich, "Spatial splits in bounding
+    volume hierarchies" (2009), collapsed to nodes of eight children, as ARCHITECTURE.md tells.
 
     Args:
         mesh: A `Mesh`, or anything with `vertices` and `faces`; or the vertices, shape (n, 3).

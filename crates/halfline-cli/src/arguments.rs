@@ -47,7 +47,7 @@ pub struct Arguments {
 pub enum Command {
     /// Trace a picture of a mesh
     Render(Box<render::Options>),
-    /// Tell what a mesh and its kd-tree are like
+    /// Tell what a mesh and its tree are like
     Info(info::Options),
     /// Find what is wrong with a mesh, and whether rays slip through it
     Doctor(doctor::Options),
@@ -57,7 +57,7 @@ pub enum Command {
     Explain(Box<explain::Options>),
     /// Measure what a ray costs, as meshes grow
     Study(study::Options),
-    /// Build a mesh's kd-tree, as a file that takes the mesh's place
+    /// Build a mesh's tree, as a file that takes the mesh's place
     Build(build::Options),
     /// Make a mesh to try things on
     Generate(generate::Options),

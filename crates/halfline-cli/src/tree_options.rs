@@ -1,4 +1,4 @@
-//! How the kd-tree is built: options of every subcommand that builds one.
+//! How the tree is built: options of every subcommand that builds one.
 
 use std::path::Path;
 

@@ -12,7 +12,7 @@ pub enum Stage {
     Load,
     /// Finding how a mesh's triangles hang together.
     Examine,
-    /// Building the kd-tree.
+    /// Building the tree.
     Build,
     /// Casting rays.
     Trace,

@@ -1,4 +1,4 @@
-//! `halfline info`: what a mesh and its kd-tree are like.
+//! `halfline info`: what a mesh and its tree are like.
 
 use std::borrow::Cow;
 use std::path::{Path, PathBuf};
@@ -130,8 +130,8 @@ impl InfoReport<'_> {
 
 fn tree_rows(table: &mut Table, tree: &TreeStatistics) {
     let count = |value: usize| units::count(value as u64);
-    let (planes, groups) = (count(tree.spatial_splits), count(tree.object_splits));
-    let note = format!("levels, {planes} planes, {groups} groups");
+    let (spatial, object) = (count(tree.spatial_splits), count(tree.object_splits));
+    let note = format!("levels, {spatial} spatial and {object} object splits");
     table.row("tree", count(tree.depth), note);
     let note = format!("nodes, expected cost of a line {:.1}", tree.sah_cost);
     table.row("", count(tree.nodes), note);

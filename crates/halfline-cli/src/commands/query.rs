@@ -80,7 +80,7 @@ pub struct Options {
 
 #[derive(Clone, Copy, Debug, ValueEnum)]
 enum EngineName {
-    /// The surface-area kd-tree
+    /// A spatial-split BVH of eight children a node
     Fast,
     /// The lecture's kd-tree
     Textbook,
