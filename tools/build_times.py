@@ -42,10 +42,7 @@ BUILD_TESTS = [
 ENGINE_TESTS = [CARGO, "test", "--locked", "--package", "halfline", "--lib", "--tests"]
 
 # The test of a ray against a leaf's triangles; the first that is there.
-LEAF_TESTS = (
-    "crates/halfline/src/traverse/leaf/mod.rs",
-    "crates/halfline/src/traverse/leaf_kernel.rs",
-)
+LEAF_TESTS = ("crates/halfline/src/intersect/filter_f32.rs",)
 EDIT = b"// An edit of tools/build_times.py, which takes it back.\n"
 
 PARTS = ("demo", "tests", "edit")
