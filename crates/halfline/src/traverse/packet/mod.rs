@@ -217,12 +217,12 @@ impl<Q: Query> Job for PacketJob<'_, '_, Q> {
                 }
 
                 // Pop what is nearest, and find the rays that meet it.
-                let Popped { place, entry, lane, is_met_by_all, parent, mask: came } =
-                    packet.stack.pop();
-                mask = came & alive;
-                if mask == 0 || entry > packet.limit {
+                let Some(Popped { place, lane, is_met_by_all, parent, mask: came }) =
+                    packet.stack.pop(alive, packet.limit)
+                else {
                     continue;
-                }
+                };
+                mask = came;
                 if !is_met_by_all {
                     let parent = &tree.nodes[parent];
                     mask = packet.meeting(simd, (parent, lane), bounds.octant, mask, &part);

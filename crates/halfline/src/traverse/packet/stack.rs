@@ -25,15 +25,13 @@ pub struct PacketStack {
 pub struct Popped {
     /// Bits of a [`NodeRef`](crate::tree::NodeRef).
     pub place: u32,
-    /// A lower bound of where rays enter it.
-    pub entry: f32,
     /// The lane of its box in its parent.
     pub lane: usize,
     /// True if all rays that came to its parent meet its box.
     pub is_met_by_all: bool,
     /// Its parent.
     pub parent: usize,
-    /// The rays that came to its parent.
+    /// The rays that came to its parent, as far as anything still matters to them.
     pub mask: Mask,
 }
 
@@ -68,20 +66,24 @@ impl PacketStack {
         (self.size > depth).then(|| self.refs[self.size - 1 - depth])
     }
 
-    /// Pops what is nearest.
+    /// Pops what is nearest; `None` if none of the rays that are `alive` came to its parent, or it is entered
+    /// beyond `limit`.
     #[inline(always)]
-    pub fn pop(&mut self) -> Popped {
+    pub fn pop(&mut self, alive: Mask, limit: f32) -> Option<Popped> {
         self.size -= 1;
         let top = self.size;
+        let mask = self.masks[top] & alive;
+        if mask == 0 || self.entries[top] > limit {
+            return None;
+        }
         let lane = self.lanes[top];
-        Popped {
+        Some(Popped {
             place: self.refs[top],
-            entry: self.entries[top],
             lane: lane as usize % LANES,
             is_met_by_all: lane & MET_BY_ALL != 0,
             parent: self.parents[top] as usize,
-            mask: self.masks[top],
-        }
+            mask,
+        })
     }
 
     /// Pushes the children of a node that some ray may meet, the nearest last.
