@@ -1,4 +1,4 @@
-//! How the triangles of a last cell are divided into groups.
+//! Object splits: how triangles are divided into two groups without cutting any.
 //!
 //! I. Wald, "On fast Construction of SAH-based Bounding Volume Hierarchies", RT 2007: the
 //! surface-area heuristic over bins of the boxes' centres. Costs count blocks of triangles, so
@@ -9,9 +9,9 @@ use super::simd_bounds::{PrimitiveBounds, SimdBounds, UPPER};
 use super::spatial_split::{blocks, slab};
 use crate::simd::{Job, Level, Simd};
 
-/// Two groups: the items at the start of the list, and the rest.
+/// An object split of a list: the items at its start, and the rest.
 #[derive(Clone, Copy, Debug)]
-pub struct Groups {
+pub struct ObjectSplit {
     /// The axis along which the groups' centres are ordered.
     pub axis: usize,
     /// The number of items in the first group.
@@ -94,10 +94,10 @@ struct Divide<'a, I, const BINS: usize> {
 }
 
 impl<I: Item, const BINS: usize> Job for Divide<'_, I, BINS> {
-    type Output = Option<Groups>;
+    type Output = Option<ObjectSplit>;
 
     #[inline(always)]
-    fn run<S: Simd>(self, _: S) -> Option<Groups> {
+    fn run<S: Simd>(self, _: S) -> Option<ObjectSplit> {
         let Divide { items, limit, centers } = self;
 
         // Count the centres in bins of each axis on which they differ.
@@ -151,37 +151,37 @@ impl<I: Item, const BINS: usize> Job for Divide<'_, I, BINS> {
             items.swap(i, first_count);
             first_count += usize::from(is_first);
         }
-        Some(Groups { axis, first_count, extents })
+        Some(ObjectSplit { axis, first_count, extents })
     }
 }
 
 /// Reorders two or more items into two groups, neither empty, of the least cost. `centers` is
 /// where their centres are.
-pub fn divide_into_groups<I: Item, const BINS: usize>(
+pub fn split_objects<I: Item, const BINS: usize>(
     items: &mut [I],
     centers: &SimdBounds,
     level: Level,
-) -> Groups {
-    let divided = groups_within::<I, BINS>(items, f32::INFINITY, centers, level);
+) -> ObjectSplit {
+    let divided = object_split_within::<I, BINS>(items, f32::INFINITY, centers, level);
     // Where all centres coincide, halve the list.
     divided.unwrap_or_else(|| halve(items))
 }
 
-/// Reorders items into two groups as [`divide_into_groups`] does, if the groups' half areas times their
+/// Reorders items into two groups as [`split_objects`] does, if the groups' half areas times their
 /// blocks of triangles are no more than `limit` in all. Else nothing is changed.
-pub fn groups_within<I: Item, const BINS: usize>(
+pub fn object_split_within<I: Item, const BINS: usize>(
     items: &mut [I],
     limit: f32,
     centers: &SimdBounds,
     level: Level,
-) -> Option<Groups> {
+) -> Option<ObjectSplit> {
     level.run(Divide::<I, BINS> { items, limit, centers })
 }
 
 /// The first and the second half of the list: for triangles that nothing tells apart, and where a
 /// tree would become too deep.
-pub fn halve<I: Item>(items: &[I]) -> Groups {
+pub fn halve<I: Item>(items: &[I]) -> ObjectSplit {
     let first_count = items.len() / 2;
     let (first, second) = items.split_at(first_count);
-    Groups { axis: 0, first_count, extents: [extent_of(first), extent_of(second)] }
+    ObjectSplit { axis: 0, first_count, extents: [extent_of(first), extent_of(second)] }
 }

@@ -8,7 +8,7 @@ use super::built::{Built, Counts, Subtree};
 use super::coarse_grid::{GridCell, sort_into_cells};
 use super::collapse::{Collapsed, collapse};
 use super::node::{BinaryNode, BinaryNodeKind, Children, Split};
-use super::object_split::{Groups, Item, divide_into_groups, groups_within, halve};
+use super::object_split::{Item, ObjectSplit, halve, object_split_within, split_objects};
 use super::partition::{cut, share_out};
 use super::primitive_ref::{PrimitiveRef, ReferenceBuffer, Skipped, extent_of_all, references_of};
 use super::simd_bounds::{PrimitiveBounds, SimdBounds};
@@ -34,7 +34,7 @@ const _: () = assert!(7 * MAX_DEPTH <= MAX_STACK_SIZE);
 /// Planes are used down to this level only. A kd-tree of 2^30 triangles needs half as many.
 const PLANE_DEPTH: usize = 64;
 
-/// Groups are chosen by cost down to this level; below, lists are halved, and 32 halvings leave
+/// ObjectSplit are chosen by cost down to this level; below, lists are halved, and 32 halvings leave
 /// one of 2^32 triangles.
 const COST_DEPTH: usize = MAX_DEPTH - 32;
 
@@ -48,9 +48,9 @@ const PARALLEL_REFERENCES: usize = 1 << 13;
 /// Among so few, half as many planes are as good.
 const FEW_REFERENCES: usize = 1 << 10;
 
-/// Where both are weighed, groups may cost this share of what a plane costs: their boxes overlap, and
+/// Where both are weighed, an object split may cost this share of what a spatial split costs: their boxes overlap, and
 /// below them all the more. Measured; with 1, lines meet 2 % more nodes of a scan.
-const GROUPS_SHARE: f32 = 0.95;
+const OBJECT_SPLIT_SHARE: f32 = 0.95;
 
 /// Bins in which cells of the grid are counted.
 const GRID_BINS: usize = 16;
@@ -108,7 +108,7 @@ struct Cell<'slots> {
 enum Content<'slots> {
     /// References at the start of the slots that belong to it; may be cut by a plane.
     Space { slots: &'slots mut [PrimitiveRef], count: usize },
-    /// The references of a last cell, or some of them: they are grouped, not cut.
+    /// The references of a last cell, or some of them: they are divided by object splits alone.
     ObjectSplitsOnly(&'slots mut [PrimitiveRef]),
     /// Cells of the grid.
     Grid(&'slots mut [GridCell<'slots>]),
@@ -200,7 +200,7 @@ impl Builder<'_> {
     }
 
     /// Divides a cell of more than one block in two: by a plane if that pays and there is room
-    /// for the references that it adds, else into groups.
+    /// for the references that it adds, else by an object split.
     fn divide<'slots>(&self, cell: Cell<'slots>) -> (Split, Cell<'slots>, Cell<'slots>) {
         let Cell { content, extent, depth } = cell;
         let depth = depth + 1;
@@ -212,26 +212,26 @@ impl Builder<'_> {
             Content::ObjectSplitsOnly(references) => references,
             Content::Grid([cell]) => std::mem::take(&mut cell.references),
             Content::Grid(cells) => {
-                // Below this level halving leaves single cells soon enough for groups by cost.
-                let groups = if depth <= PLANE_DEPTH {
-                    divide_into_groups::<_, GRID_BINS>(cells, &centers_of(cells), self.level)
+                // Below this level halving leaves single cells soon enough for object splits by cost.
+                let object_split = if depth <= PLANE_DEPTH {
+                    split_objects::<_, GRID_BINS>(cells, &centers_of(cells), self.level)
                 } else {
                     halve(cells)
                 };
-                return grouped(cells, groups, depth, Content::Grid);
+                return object_split_cells(cells, object_split, depth, Content::Grid);
             }
         };
-        let groups = if depth > COST_DEPTH {
+        let object_split = if depth > COST_DEPTH {
             halve(references)
         } else {
             let divide = match self.parameters.object_bins {
-                8 => divide_into_groups::<_, 8>,
-                16 => divide_into_groups::<_, 16>,
-                _ => divide_into_groups::<_, 32>,
+                8 => split_objects::<_, 8>,
+                16 => split_objects::<_, 16>,
+                _ => split_objects::<_, 32>,
             };
             divide(references, &extent.centers, self.level)
         };
-        grouped(references, groups, depth, Content::ObjectSplitsOnly)
+        object_split_cells(references, object_split, depth, Content::ObjectSplitsOnly)
     }
 
     /// Divides a cell whose parts may be divided likewise; its references, if that does not pay or is
@@ -254,17 +254,17 @@ impl Builder<'_> {
             let [a, b, c] = self.mesh.corners(face);
             [self.frame.point(a), self.frame.point(b), self.frame.point(c)]
         };
-        let groups = self.parameters.weigh_object_splits.then(|| {
-            let limit = plane.map_or(whole, |plane| GROUPS_SHARE * plane.cost);
-            let groups_within = match self.parameters.object_bins {
-                8 => groups_within::<_, 8>,
-                16 => groups_within::<_, 16>,
-                _ => groups_within::<_, 32>,
+        let object_split = self.parameters.weigh_object_splits.then(|| {
+            let limit = plane.map_or(whole, |plane| OBJECT_SPLIT_SHARE * plane.cost);
+            let object_split_within = match self.parameters.object_bins {
+                8 => object_split_within::<_, 8>,
+                16 => object_split_within::<_, 16>,
+                _ => object_split_within::<_, 32>,
             };
-            groups_within(&mut slots[..count], limit, &extent.centers, self.level)
+            object_split_within(&mut slots[..count], limit, &extent.centers, self.level)
         });
-        let divided = match (groups.flatten(), plane) {
-            (Some(Groups { axis, first_count, extents }), _) => {
+        let divided = match (object_split.flatten(), plane) {
+            (Some(ObjectSplit { axis, first_count, extents }), _) => {
                 Some((Split::Object { axis }, share_out(slots, first_count, count, extents)))
             }
             (None, Some(SpatialSplit { axis, position, .. })) => {
@@ -346,14 +346,14 @@ fn centers_of(cells: &[GridCell]) -> SimdBounds {
     extent.centers
 }
 
-/// The cells of two groups of items.
-fn grouped<'slots, I>(
+/// The two cells of an object split.
+fn object_split_cells<'slots, I>(
     items: &'slots mut [I],
-    groups: Groups,
+    split: ObjectSplit,
     depth: usize,
     content: impl Fn(&'slots mut [I]) -> Content<'slots>,
 ) -> (Split, Cell<'slots>, Cell<'slots>) {
-    let Groups { axis, first_count, extents } = groups;
+    let ObjectSplit { axis, first_count, extents } = split;
     let (first, second) = items.split_at_mut(first_count);
     let cell = |items, extent| Cell { content: content(items), extent, depth };
     (Split::Object { axis }, cell(first, extents[0]), cell(second, extents[1]))

@@ -101,7 +101,7 @@ pub fn test_octet<S: Simd, const EXACT: bool>(
             triangle[corner][axis] = simd.splat(corners[corner][axes[axis]][lane]);
         }
     }
-    // Most triangles are missed by most groups: for them half of the work is enough.
+    // Most triangles are missed by most octets: for them half of the work is enough.
     let sides = sides::<S, EXACT>(simd, &lines, &triangle);
     if !sides.is_missed & lanes == 0 {
         return None;

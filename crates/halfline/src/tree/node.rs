@@ -16,7 +16,7 @@ pub struct Node {
     pub refs: [u32; LANES],
     /// For each octant of directions (bit `axis` is set where the direction is negative) the lanes
     /// from the last that a ray passes to the first, three bits for each. Along a ray the order of
-    /// kd cells depends on nothing else.
+    /// splits depends on nothing else.
     pub orders: [u32; 8],
 }
 
