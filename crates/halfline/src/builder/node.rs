@@ -15,7 +15,7 @@ pub enum Split {
         /// Where the plane cuts the axis.
         position: f32,
     },
-    /// Into two groups whose centres are ordered along `axis`; their boxes may overlap.
+    /// Into two groups of whole triangles whose centres are ordered along `axis`; their boxes may overlap.
     Object {
         /// 0, 1 or 2.
         axis: usize,
@@ -51,7 +51,7 @@ pub enum BinaryNodeKind {
 }
 
 /// A node of the tree. The kind is packed: `word` holds three bits of kind (0 leaf, 1 to 3 a plane
-/// across x, y, z, 4 to 6 groups along x, y, z) and 29 bits of index; `payload` the count of a leaf
+/// across x, y, z, 4 to 6 an object split along x, y, z) and 29 bits of index; `payload` the count of a leaf
 /// or the bits of a plane's position.
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
 #[repr(C)]
