@@ -2,7 +2,7 @@
 //! arrive C-contiguous arrays of the machine's byte order, or plain numbers.
 
 use halfline::columns::{Column, Scalars, Vectors};
-use numpy::{PyArrayDyn, PyArrayMethods, PyReadonlyArrayDyn, PyReadwriteArrayDyn};
+use numpy::{Element, PyArrayDyn, PyArrayMethods, PyReadonlyArrayDyn, PyReadwriteArrayDyn, PyUntypedArrayMethods};
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 
@@ -89,6 +89,14 @@ pub fn check_places(count: usize, found: &[usize]) -> PyResult<()> {
 
 /// An array of answers.
 pub type Places<'py, T> = PyReadwriteArrayDyn<'py, T>;
+
+/// How many answers are in a row of an image, if the array has rows; 0 otherwise.
+pub fn image_width<T: Element>(places: &Places<T>) -> usize {
+    match places.shape() {
+        [_, .., width] => *width,
+        _ => 0,
+    }
+}
 
 /// The vertex indices of triangles, in one of the types that they come in.
 pub enum FaceArray<'py> {

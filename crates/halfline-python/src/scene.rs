@@ -10,7 +10,7 @@ use numpy::PyArray1;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
-use crate::arrays::{NumberArray, Places, VectorArray, check_places, rows_mut};
+use crate::arrays::{NumberArray, Places, VectorArray, check_places, image_width, rows_mut};
 use crate::call::{Progress, here, on_pool};
 use crate::error::exception;
 use crate::mesh::Mesh;
@@ -155,10 +155,11 @@ impl Scene {
         mut uv: Places<f64>,
         progress: Progress,
     ) -> PyResult<()> {
+        let width = image_width(&t);
         let (t, face, uv) = (t.as_slice_mut()?, face.as_slice_mut()?, uv.as_slice_mut()?);
         let (uv, count) = (rows_mut(uv)?, t.len());
         check_places(count, &[face.len(), uv.len()])?;
-        let rays = columns!(py, count, origins, directions, t_min, t_max);
+        let rays = columns!(py, count, origins, directions, t_min, t_max).with_image_width(width);
         let hits = HitColumns { t, face, uv };
         ask!(py, count, progress, |observer| self
             .scene
@@ -177,9 +178,10 @@ impl Scene {
         mut flags: Places<bool>,
         progress: Progress,
     ) -> PyResult<()> {
+        let width = image_width(&flags);
         let flags = flags.as_slice_mut()?;
         let count = flags.len();
-        let rays = columns!(py, count, origins, directions, t_min, t_max);
+        let rays = columns!(py, count, origins, directions, t_min, t_max).with_image_width(width);
         ask!(py, count, progress, |observer| self
             .scene
             .observed(observer)

@@ -187,7 +187,7 @@ pub fn find_all_hits(
 ) -> Result<AllHits> {
     let parts = vec![(); source.len().div_ceil(CHUNK)];
     let chunks =
-        in_chunks(source, parts, observer, |rays, ()| all_hits_of(target, rays, observer))?;
+        in_chunks((source, CHUNK), parts, observer, |rays, ()| all_hits_of(target, rays, observer))?;
     let mut all = AllHits::default();
     all.splits.reserve_exact(source.len());
     all.hits.reserve_exact(chunks.iter().map(|(_, hits)| hits.len()).sum());
@@ -211,7 +211,7 @@ pub fn count_hits<C: TryFrom<usize> + Copy + Send>(
 ) -> Result<()> {
     assert_eq!(counts.len(), source.len(), "{PLACES}");
     let parts = counts.chunks_mut(CHUNK).collect();
-    in_chunks(source, parts, observer, |rays, places: &mut [C]| {
+    in_chunks((source, CHUNK), parts, observer, |rays, places: &mut [C]| {
         let mut counts = vec![0; rays.len()];
         let cancel = CancelCheck::new(observer);
         let answers = Answers::Counts(HitCounts { counts: &mut counts, faces: Vec::new(), cancel });
@@ -232,7 +232,7 @@ pub fn find_all_hits_columns(
     let count = source.len();
     let parts = vec![(); count.div_ceil(CHUNK)];
     let chunks =
-        in_chunks(source, parts, observer, |rays, ()| all_hits_of(target, rays, observer))?;
+        in_chunks((source, CHUNK), parts, observer, |rays, ()| all_hits_of(target, rays, observer))?;
 
     // Chunk by chunk to the places that follow from how many hits the earlier ones have.
     let total = chunks.iter().map(|(_, hits)| hits.len()).sum();

@@ -11,7 +11,7 @@ pub use all_hits::{
 use crate::error::Result;
 use crate::geometry::{Hit, HitF32, Ray, RayF32};
 use crate::progress::{Observer, SharedProgress, Stage};
-use crate::rays::{RayColumns, RaySource};
+use crate::rays::{RayColumns, RaySource, rays_per_band};
 use crate::traverse::{Answers, AnyHit, Cast, ClosestHit, HitColumns, Query, Target, cast};
 use crate::tree::{LeafBlock, Node};
 
@@ -59,7 +59,7 @@ impl<'a> From<RayColumns<'a>> for Rays<'a> {
 /// Casts rays chunk by chunk: `parts` has the places for the answers of each chunk. A single chunk is the calling
 /// thread's own, so that a few rays do not wait for other threads.
 fn in_chunks<P: Send, A: Send>(
-    source: RaySource,
+    (source, chunk_len): (RaySource, usize),
     parts: Vec<P>,
     observer: &dyn Observer,
     work: impl Fn(RaySource, P) -> A + Sync,
@@ -69,7 +69,7 @@ fn in_chunks<P: Send, A: Send>(
     observer.report(Stage::Trace, 0, count as u64);
     let one_chunk = |(chunk, part): (usize, P)| {
         progress.check()?;
-        let rays = source.slice(chunk * CHUNK..count.min((chunk + 1) * CHUNK));
+        let rays = source.slice(chunk * chunk_len..count.min((chunk + 1) * chunk_len));
         let answer = work(rays, part);
         progress.advance(rays.len())?;
         Ok(answer)
@@ -78,6 +78,11 @@ fn in_chunks<P: Send, A: Send>(
         return parts.into_iter().enumerate().map(one_chunk).collect();
     }
     parts.into_par_iter().enumerate().map(one_chunk).collect()
+}
+
+/// How many rays one task casts where each has one answer: a band of an image, or [`CHUNK`].
+fn chunk_len(source: &RaySource) -> usize {
+    rays_per_band(source.image_width()).unwrap_or(CHUNK)
 }
 
 const PLACES: &str = "there is a place for the answer of each ray";
@@ -90,8 +95,9 @@ pub fn intersect(
     observer: &dyn Observer,
 ) -> Result<()> {
     assert_eq!(hits.len(), source.len(), "{PLACES}");
-    let parts = hits.chunks_mut(CHUNK).collect();
-    in_chunks(source, parts, observer, |rays, hits: &mut [Hit]| {
+    let chunk = chunk_len(&source);
+    let parts = hits.chunks_mut(chunk).collect();
+    in_chunks((source, chunk), parts, observer, |rays, hits: &mut [Hit]| {
         hits.fill(Hit::MISS);
         cast::<ClosestHit>(Cast::new(target, rays, Answers::Hits(hits)));
     })?;
@@ -106,8 +112,9 @@ pub fn intersect_f32(
     observer: &dyn Observer,
 ) -> Result<()> {
     assert_eq!(hits.len(), source.len(), "{PLACES}");
-    let parts = hits.chunks_mut(CHUNK).collect();
-    in_chunks(source, parts, observer, |rays, hits: &mut [HitF32]| {
+    let chunk = chunk_len(&source);
+    let parts = hits.chunks_mut(chunk).collect();
+    in_chunks((source, chunk), parts, observer, |rays, hits: &mut [HitF32]| {
         hits.fill(HitF32::MISS);
         cast::<ClosestHit>(Cast::new(target, rays, Answers::HitsF32(hits)));
     })?;
@@ -123,8 +130,9 @@ pub fn intersect_columns(
 ) -> Result<()> {
     let HitColumns { t, face, uv } = hits;
     assert_eq!([t.len(), face.len(), uv.len()], [source.len(); 3], "{PLACES}");
-    let parts = t.chunks_mut(CHUNK).zip(face.chunks_mut(CHUNK)).zip(uv.chunks_mut(CHUNK));
-    in_chunks(source, parts.collect(), observer, |rays, ((t, face), uv)| {
+    let chunk = chunk_len(&source);
+    let parts = t.chunks_mut(chunk).zip(face.chunks_mut(chunk)).zip(uv.chunks_mut(chunk));
+    in_chunks((source, chunk), parts.collect(), observer, |rays, ((t, face), uv)| {
         let mut hits = HitColumns { t, face, uv };
         hits.fill_with_misses();
         cast::<ClosestHit>(Cast::new(target, rays, Answers::HitColumns(hits)));
@@ -140,8 +148,9 @@ pub fn occluded(
     observer: &dyn Observer,
 ) -> Result<()> {
     assert_eq!(flags.len(), source.len(), "{PLACES}");
-    let parts = flags.chunks_mut(CHUNK).collect();
-    in_chunks(source, parts, observer, |rays, flags: &mut [bool]| {
+    let chunk = chunk_len(&source);
+    let parts = flags.chunks_mut(chunk).collect();
+    in_chunks((source, chunk), parts, observer, |rays, flags: &mut [bool]| {
         flags.fill(false);
         cast::<AnyHit>(Cast::new(target, rays, Answers::Occluded(flags)));
     })?;
@@ -197,9 +206,10 @@ fn work_of<Q: Query>(target: Target, rays: RaySource, answers: Answers) -> [u64;
 /// rays leak, and faces are wrong. To measure what exactness costs.
 #[cfg(feature = "variants")]
 pub fn intersect_plain(target: Target, Rays(source): Rays, hits: &mut [HitF32]) {
-    let parts = hits.chunks_mut(CHUNK).collect();
+    let chunk = chunk_len(&source);
+    let parts = hits.chunks_mut(chunk).collect();
     let silent = &crate::progress::NoProgress;
-    in_chunks(source, parts, silent, |rays, hits: &mut [HitF32]| {
+    in_chunks((source, chunk), parts, silent, |rays, hits: &mut [HitF32]| {
         hits.fill(HitF32::MISS);
         cast::<ClosestHit<false>>(Cast::new(target, rays, Answers::HitsF32(hits)));
     })
@@ -209,9 +219,10 @@ pub fn intersect_plain(target: Target, Rays(source): Rays, hits: &mut [HitF32]) 
 /// For each ray whether it hits anything, where rounded signs are taken as they come.
 #[cfg(feature = "variants")]
 pub fn occluded_plain(target: Target, Rays(source): Rays, flags: &mut [bool]) {
-    let parts = flags.chunks_mut(CHUNK).collect();
+    let chunk = chunk_len(&source);
+    let parts = flags.chunks_mut(chunk).collect();
     let silent = &crate::progress::NoProgress;
-    in_chunks(source, parts, silent, |rays, flags: &mut [bool]| {
+    in_chunks((source, chunk), parts, silent, |rays, flags: &mut [bool]| {
         flags.fill(false);
         cast::<AnyHit<false>>(Cast::new(target, rays, Answers::Occluded(flags)));
     })

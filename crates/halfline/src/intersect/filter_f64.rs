@@ -5,6 +5,7 @@
 //! difference along each axis one, the slope two, its product one, the difference two. What is left after
 //! this is decided exactly: rays through edges, that begin or end on a triangle, and ties.
 
+use super::t_f32::plane_t;
 use crate::numeric::UNIT_ROUNDOFF;
 use crate::rays::{RayLanes, select_by_size};
 use crate::simd::{F64x8, LANES, Simd, SimdF64};
@@ -40,11 +41,25 @@ const PLACE_ERROR: f64 = 32.0 * UNIT_ROUNDOFF;
 const PLAIN_RANGE: std::ops::Range<f64> =
     f64::from_bits((1023 - 150) << 52)..f64::from_bits((1023 + 150) << 52);
 
-/// Looks at rays and the corners of their triangles.
+/// Looks at the rays in some lanes and the corners of their triangles.
 #[inline(always)]
-pub fn refine<S: Simd>(simd: S, rays: &RayLanes<S>, corners: &[[F64x8<S>; 3]; 3]) -> Refined {
+pub fn refine<S: Simd>(
+    simd: S,
+    rays: &RayLanes<S>,
+    corners: &[[F64x8<S>; 3]; 3],
+    lanes: u32,
+) -> Refined {
     let wide = simd.doubles();
     let zero = wide.splat(0.0);
+
+    // The planes alone tell that rays start beyond their triangles, as those do that leave a surface.
+    let [a, b, c] = *corners;
+    let plane = plane_t(simd, &[rays.origin, rays.direction, a, b, c]);
+    let (low, high) = (wide.sub(plane.t, plane.error), wide.add(plane.t, plane.error));
+    let is_outside = wide.lt(rays.t_max, low) | wide.lt(high, rays.t_min);
+    if lanes & !is_outside == 0 {
+        return Refined { hit: 0, missed: is_outside, low: [0.0; LANES], high: [0.0; LANES] };
+    }
 
     // Move the origin to zero, and turn the axes so that the direction goes most along the last.
     let [x, y, z] = rays.direction;
@@ -90,10 +105,16 @@ pub fn refine<S: Simd>(simd: S, rays: &RayLanes<S>, corners: &[[F64x8<S>; 3]; 3]
     let room = wide.mul_add(largest, wide.splat(PLACE_ERROR), room);
     let room = wide.mul(room, wide.abs(inverse));
     let at = wide.mul(mean, inverse);
-    let (low, high) = (wide.sub(at, room), wide.add(at, room));
+    let unknown = wide.splat(f64::INFINITY);
+    let conditioned = wide.mul(error, wide.splat(WELL_CONDITIONED));
+    let room = wide.select_lt(conditioned, wide.abs(sum), room, unknown);
+    let at = wide.select_lt(room, unknown, at, zero);
+
+    // Where the plane is NaN, the mean is taken.
+    let low = wide.max(low, wide.sub(at, room));
+    let high = wide.min(high, wide.add(at, room));
 
     // Which are out of range for certain, and which within it?
-    let is_well_conditioned = wide.lt(wide.mul(error, wide.splat(WELL_CONDITIONED)), wide.abs(sum));
     let is_outside = wide.lt(rays.t_max, low) | wide.lt(high, rays.t_min);
     let is_within = wide.lt(rays.t_min, low) & wide.lt(high, rays.t_max);
     let (first, last) = (wide.splat(PLAIN_RANGE.start), wide.splat(PLAIN_RANGE.end));
@@ -101,8 +122,8 @@ pub fn refine<S: Simd>(simd: S, rays: &RayLanes<S>, corners: &[[F64x8<S>; 3]; 3]
     let is_plain =
         wide.lt(first, wide.min(largest, steepness)) & wide.lt(wide.max(largest, steepness), last);
     let mut look = Refined {
-        hit: is_plain & is_well_conditioned & is_crossed & is_within,
-        missed: is_plain & (is_missed | is_well_conditioned & is_outside),
+        hit: is_plain & is_crossed & is_within,
+        missed: is_plain & (is_missed | is_outside),
         low: [0.0; LANES],
         high: [0.0; LANES],
     };

@@ -6,11 +6,17 @@ use crate::simd::{F64x8, LANES, Simd, SimdF64};
 /// Eight lines and triangles: origins, directions, and corners, by axis.
 pub type LineLanes<S> = [[F64x8<S>; 3]; 5];
 
-/// t in single precision, for eight lines that are known to cross the planes of triangles, in plain
-/// doubles: `n . (a - origin) / (n . direction)`. A bit for each that is known: not where its error
-/// leaves two numbers to choose from, or something is so large or small that the error is not known.
+/// Where eight lines cross planes, in plain doubles.
+pub struct PlaneT<S: Simd> {
+    /// About t.
+    pub t: F64x8<S>,
+    /// Bound on its error; infinite or NaN where something is so large or small that it is not known.
+    pub error: F64x8<S>,
+}
+
+/// t of eight lines and the planes of triangles, in plain doubles: `n . (a - origin) / (n . direction)`.
 #[inline(always)]
-pub fn t_f32x8<S: Simd>(simd: S, lanes: &LineLanes<S>) -> ([f32; LANES], u32) {
+pub fn plane_t<S: Simd>(simd: S, lanes: &LineLanes<S>) -> PlaneT<S> {
     let wide = simd.doubles();
     let [origin, along, a, b, c] = *lanes;
     let (ab, ac, oa) = (sub(simd, &b, &a), sub(simd, &c, &a), sub(simd, &a, &origin));
@@ -39,6 +45,25 @@ pub fn t_f32x8<S: Simd>(simd: S, lanes: &LineLanes<S>) -> ([f32; LANES], u32) {
     let twice = wide.mul(wide.splat(2.0), wide.abs(t));
     let error = wide.mul_add(twice, determinant_permanent, numerator_permanent);
     let error = wide.mul(wide.mul(error, plain), wide.abs(inverse));
+
+    // And where all is known: sums and products that are NaN are below nothing.
+    let unknown = wide.splat(f64::INFINITY);
+    let (determinant, numerator) = (wide.abs(determinant), wide.abs(numerator));
+    let (first, last) = (wide.splat(PLAIN_RANGE.start), wide.splat(PLAIN_RANGE.end));
+    let relative = wide.mul(determinant_permanent, wide.splat(PLAIN_ERROR / MAX_DETERMINANT_ERROR));
+    let sizes = wide.add(wide.add(largest, normal_permanents), wide.add(determinant, numerator));
+    let error = wide.select_lt(relative, determinant, error, unknown);
+    let error = wide.select_lt(first, wide.min(determinant, numerator), error, unknown);
+    let error = wide.select_lt(sizes, last, error, unknown);
+    PlaneT { t, error }
+}
+
+/// t in single precision, for eight lines that are known to cross the planes of triangles. A bit for each that is
+/// known: not where its error leaves two numbers to choose from.
+#[inline(always)]
+pub fn t_f32x8<S: Simd>(simd: S, lanes: &LineLanes<S>) -> ([f32; LANES], u32) {
+    let wide = simd.doubles();
+    let PlaneT { t, error } = plane_t(simd, lanes);
     let (mut low, mut high) = ([0.0; LANES], [0.0; LANES]);
     // A zero would keep its sign.
     simd.store(simd.add(simd.narrow(wide.sub(t, error)), simd.splat(0.0)), &mut low);
@@ -47,16 +72,6 @@ pub fn t_f32x8<S: Simd>(simd: S, lanes: &LineLanes<S>) -> ([f32; LANES], u32) {
     for lane in 0..LANES {
         certain |= u32::from(low[lane] == high[lane]) << lane;
     }
-
-    // And where all is known: sums and products that are NaN are below nothing.
-    let determinant = wide.abs(determinant);
-    let (first, last) = (wide.splat(PLAIN_RANGE.start), wide.splat(PLAIN_RANGE.end));
-    let numerator = wide.abs(numerator);
-    let relative = wide.mul(determinant_permanent, wide.splat(PLAIN_ERROR / MAX_DETERMINANT_ERROR));
-    certain &= wide.lt(relative, determinant)
-        & wide.lt(first, wide.min(determinant, numerator))
-        & wide.lt(wide.max(determinant, numerator), last)
-        & wide.lt(wide.add(largest, normal_permanents), last);
     (low, certain)
 }
 
@@ -67,12 +82,12 @@ pub fn sub<S: Simd>(simd: S, p: &[F64x8<S>; 3], q: &[F64x8<S>; 3]) -> [F64x8<S>;
     [wide.sub(p[0], q[0]), wide.sub(p[1], q[1]), wide.sub(p[2], q[2])]
 }
 
-/// What in [`t_f32x8`] that underflow, by up to 2^-1074, changes by less than a rounding,
+/// What in [`plane_t`] that underflow, by up to 2^-1074, changes by less than a rounding,
 /// even after two products with others of this range.
 const PLAIN_RANGE: std::ops::Range<f64> =
     f64::from_bits((1023 - 300) << 52)..f64::from_bits((1023 + 200) << 52);
 
-/// Error of numerator, determinant, and quotient in [`t_f32x8`], in terms of the permanents:
+/// Error of numerator, determinant, and quotient in [`plane_t`], in terms of the permanents:
 /// three differences, two products, three sums, the inverse and its product, ten roundings; and the
 /// permanents' own.
 const PLAIN_ERROR: f64 = 16.0 * UNIT_ROUNDOFF;
@@ -95,7 +110,7 @@ mod tests {
             let mut lanes = [[wide.splat(0.0); 3]; 5];
             for row in 0..5 {
                 for axis in 0..3 {
-                    lanes[row][axis] = wide.load(&self.0[row][axis]);
+                    lanes[row][axis] = wide.set(self.0[row][axis]);
                 }
             }
             t_f32x8(simd, &lanes)

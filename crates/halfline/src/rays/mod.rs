@@ -5,11 +5,13 @@
 
 mod projection;
 mod ray_octet;
+mod ray_order;
 mod ray_source;
 mod slab;
 mod traversal_ray;
 
 pub use projection::{projection_axes, select_by_size};
 pub use ray_octet::{ALL, RayFields, RayOctet, prepare_octets};
+pub use ray_order::{RayOrder, rays_per_band};
 pub use ray_source::{Column, RayColumns, RayLanes, RaySource, Scalars, Vectors};
 pub use traversal_ray::{Parameter, RootFrame, TraversalRay};

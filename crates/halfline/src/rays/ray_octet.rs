@@ -9,6 +9,7 @@ use std::ops::Range;
 use bytemuck::Zeroable;
 
 use super::projection::{Longest, UNITS, project_octet};
+use super::ray_order::RayOrder;
 use super::ray_source::{RayLanes, RaySource};
 use super::slab::Scale;
 use super::traversal_ray::{
@@ -21,6 +22,8 @@ use crate::simd::{F64x8, Job, LANES, Simd, SimdF64};
 
 /// Eight rays.
 pub struct RayOctet {
+    /// The number of the first ray in the batch.
+    pub first: usize,
     /// By what is needed of them.
     pub fields: RayFields,
     /// The same ray by ray, once that was needed.
@@ -108,6 +111,7 @@ impl RayOctet {
         let rays = [TraversalRay::zeroed(); LANES];
         let parameters = [Parameter::NONE; LANES];
         RayOctet {
+            first: 0,
             fields: RayFields::none(),
             rays,
             has_rays: false,
@@ -293,22 +297,24 @@ impl RayOctet {
     }
 }
 
-/// Prepares rays of a source, eight in each octet but the last, and returns how many octets they take.
+/// Prepares rays of a source, eight in each octet but the last, given which of those that are cast, and returns
+/// how many octets they take.
 #[inline(always)]
 pub fn prepare_octets<S: Simd>(
     simd: S,
     octets: &mut [RayOctet],
-    source: &RaySource,
+    (source, order): (&RaySource, &RayOrder),
     numbers: Range<usize>,
     root: &RootFrame,
 ) -> usize {
-    simd.outlined(PrepareOctets { octets, source, numbers, root })
+    simd.outlined(PrepareOctets { octets, source, order, numbers, root })
 }
 
 /// The preparation in a function of its own: every kind of batch calls the same.
 struct PrepareOctets<'a> {
     octets: &'a mut [RayOctet],
     source: &'a RaySource<'a>,
+    order: &'a RayOrder,
     numbers: Range<usize>,
     root: &'a RootFrame,
 }
@@ -318,11 +324,13 @@ impl Job for PrepareOctets<'_> {
 
     #[inline(always)]
     fn run<S: Simd>(self, simd: S) -> usize {
-        let PrepareOctets { octets, source, numbers, root } = self;
+        let PrepareOctets { octets, source, order, numbers, root } = self;
         let count = numbers.len().div_ceil(LANES);
         for (number, octet) in octets[..count].iter_mut().enumerate() {
-            let begin = numbers.start + number * LANES;
-            let numbers = begin..numbers.end.min(begin + LANES);
+            let first = numbers.start + number * LANES;
+            let begin = order.octet(first);
+            let numbers = begin..begin + LANES.min(numbers.end - first);
+            octet.first = begin;
             octet.set(simd, &source.load8(simd, numbers.clone()), root);
             let in_use = (1 << numbers.len()) - 1;
             octet.met &= in_use;

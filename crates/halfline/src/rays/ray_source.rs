@@ -54,6 +54,8 @@ pub type Scalars<'a> = Column<'a, f32, f64>;
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RayColumns<'a> {
     count: usize,
+    /// Rays of a row if they are the pixels of an image, else 0.
+    image_width: usize,
     origins: Vectors<'a>,
     directions: Vectors<'a>,
     t_min: Scalars<'a>,
@@ -100,17 +102,22 @@ impl Vectors<'_> {
         }
     }
 
-    /// Up to eight entries, by axis and lane.
+    /// Eight entries, by axis.
     #[inline(always)]
-    fn lanes(&self, numbers: &[usize]) -> [[f64; LANES]; 3] {
-        let mut lanes = [[0.0; LANES]; 3];
-        for (lane, &number) in numbers.iter().enumerate().take(LANES) {
-            let entry = self.at(number);
-            for axis in 0..3 {
-                lanes[axis][lane] = entry[axis];
-            }
+    fn lanes<S: Simd>(&self, simd: S, numbers: &[usize; LANES]) -> [F64x8<S>; 3] {
+        let mut entries = [[0.0; 3]; LANES];
+        for lane in 0..LANES {
+            entries[lane] = self.at(numbers[lane]);
         }
-        lanes
+        let mut axes = [simd.doubles().splat(0.0); 3];
+        for axis in 0..3 {
+            let mut lanes = [0.0; LANES];
+            for lane in 0..LANES {
+                lanes[lane] = entries[lane][axis];
+            }
+            axes[axis] = simd.doubles().set(lanes);
+        }
+        axes
     }
 }
 
@@ -124,14 +131,14 @@ impl Scalars<'_> {
         }
     }
 
-    /// Up to eight entries.
+    /// Eight entries.
     #[inline(always)]
-    fn lanes(&self, numbers: &[usize]) -> [f64; LANES] {
+    fn lanes<S: Simd>(&self, simd: S, numbers: &[usize; LANES]) -> F64x8<S> {
         let mut lanes = [0.0; LANES];
-        for (lane, &number) in numbers.iter().enumerate().take(LANES) {
-            lanes[lane] = self.at(number);
+        for lane in 0..LANES {
+            lanes[lane] = self.at(numbers[lane]);
         }
-        lanes
+        simd.doubles().set(lanes)
     }
 }
 
@@ -151,7 +158,14 @@ impl<'a> RayColumns<'a> {
         directions.check("directions", count)?;
         t_min.check("t_min", count)?;
         t_max.check("t_max", count)?;
-        Ok(RayColumns { count, origins, directions, t_min, t_max })
+        Ok(RayColumns { count, image_width: 0, origins, directions, t_min, t_max })
+    }
+
+    /// The same rays as pixels of an image, row by row, `width` in each row: they are cast tile by tile, which is
+    /// quicker where neighbours are alike. The answers are the same in any case, and in the same places.
+    #[must_use]
+    pub fn with_image_width(self, width: usize) -> RayColumns<'a> {
+        RayColumns { image_width: width, ..self }
     }
 
     /// Number of rays.
@@ -188,6 +202,7 @@ impl<'a> RayColumns<'a> {
     pub fn slice(&self, numbers: Range<usize>) -> RayColumns<'a> {
         RayColumns {
             count: numbers.len(),
+            image_width: self.image_width,
             origins: self.origins.slice(numbers.clone()),
             directions: self.directions.slice(numbers.clone()),
             t_min: self.t_min.slice(numbers.clone()),
@@ -205,15 +220,12 @@ impl<'a> RayColumns<'a> {
     }
 
     #[inline(always)]
-    fn lanes<S: Simd>(&self, simd: S, numbers: &[usize]) -> RayLanes<S> {
-        let double = simd.doubles();
-        let [a, b, c] = self.origins.lanes(numbers);
-        let [x, y, z] = self.directions.lanes(numbers);
+    fn lanes<S: Simd>(&self, simd: S, numbers: &[usize; LANES]) -> RayLanes<S> {
         RayLanes {
-            origin: [double.load(&a), double.load(&b), double.load(&c)],
-            direction: [double.load(&x), double.load(&y), double.load(&z)],
-            t_min: double.load(&self.t_min.lanes(numbers)),
-            t_max: double.load(&self.t_max.lanes(numbers)),
+            origin: self.origins.lanes(simd, numbers),
+            direction: self.directions.lanes(simd, numbers),
+            t_min: self.t_min.lanes(simd, numbers),
+            t_max: self.t_max.lanes(simd, numbers),
         }
     }
 }
@@ -225,6 +237,14 @@ impl<'a> RaySource<'a> {
             RaySource::Rows(rays) => rays.len(),
             RaySource::RowsF32(rays) => rays.len(),
             RaySource::Columns(columns) => columns.len(),
+        }
+    }
+
+    /// Rays of a row if they are the pixels of an image, else 0.
+    pub fn image_width(&self) -> usize {
+        match self {
+            RaySource::Rows(_) | RaySource::RowsF32(_) => 0,
+            RaySource::Columns(columns) => columns.image_width,
         }
     }
 
@@ -246,33 +266,27 @@ impl<'a> RaySource<'a> {
         }
     }
 
-    /// Up to eight rays in a row; what the other lanes hold does not matter.
+    /// Up to eight rays in a row; the other lanes repeat the last.
     #[inline(always)]
     pub fn load8<S: Simd>(&self, simd: S, numbers: Range<usize>) -> RayLanes<S> {
-        match self {
-            RaySource::Rows(rays) => of_rays(simd, rays[numbers].iter().take(LANES)),
-            RaySource::RowsF32(rays) => {
-                let mut rows = [simd.splat(0.0); LANES];
-                for (row, ray) in rows.iter_mut().zip(&rays[numbers]) {
-                    *row = simd.load(bytemuck::cast_ref(ray));
-                }
-                of_rows(simd, rows)
-            }
-            RaySource::Columns(columns) => {
-                let mut all = [numbers.start; LANES];
-                for lane in 0..LANES {
-                    all[lane] += lane;
-                }
-                columns.lanes(simd, &all[..numbers.len().min(LANES)])
-            }
+        let mut all = [numbers.start; LANES];
+        for lane in 0..LANES {
+            all[lane] = (numbers.start + lane).min(numbers.end - 1);
         }
+        self.gather8(simd, &all)
     }
 
     /// The rays of eight numbers.
     #[inline(always)]
     pub fn gather8<S: Simd>(&self, simd: S, numbers: &[usize; LANES]) -> RayLanes<S> {
         match self {
-            RaySource::Rows(rays) => of_rays(simd, numbers.iter().map(|&number| &rays[number])),
+            RaySource::Rows(rays) => {
+                let mut eight = [&rays[numbers[0]]; LANES];
+                for lane in 0..LANES {
+                    eight[lane] = &rays[numbers[lane]];
+                }
+                of_rays(simd, &eight)
+            }
             RaySource::RowsF32(rays) => {
                 let mut rows = [simd.splat(0.0); LANES];
                 for lane in 0..LANES {
@@ -285,24 +299,23 @@ impl<'a> RaySource<'a> {
     }
 }
 
-/// Up to eight rays in double precision.
+/// Eight rays in double precision.
 #[inline(always)]
-fn of_rays<'a, S: Simd>(simd: S, rays: impl Iterator<Item = &'a Ray>) -> RayLanes<S> {
-    let mut lanes = [[0.0; LANES]; 8];
-    for (lane, ray) in rays.enumerate() {
-        for axis in 0..3 {
-            lanes[axis][lane] = ray.origin[axis];
-            lanes[3 + axis][lane] = ray.direction[axis];
-        }
-        (lanes[6][lane], lanes[7][lane]) = (ray.t_min, ray.t_max);
-    }
+fn of_rays<S: Simd>(simd: S, rays: &[&Ray; LANES]) -> RayLanes<S> {
     let double = simd.doubles();
-    RayLanes {
-        origin: [double.load(&lanes[0]), double.load(&lanes[1]), double.load(&lanes[2])],
-        direction: [double.load(&lanes[3]), double.load(&lanes[4]), double.load(&lanes[5])],
-        t_min: double.load(&lanes[6]),
-        t_max: double.load(&lanes[7]),
+    let (mut origin, mut direction) = ([double.splat(0.0); 3], [double.splat(0.0); 3]);
+    let (mut t_min, mut t_max) = ([0.0; LANES], [0.0; LANES]);
+    for axis in 0..3 {
+        let (mut from, mut along) = ([0.0; LANES], [0.0; LANES]);
+        for lane in 0..LANES {
+            (from[lane], along[lane]) = (rays[lane].origin[axis], rays[lane].direction[axis]);
+        }
+        (origin[axis], direction[axis]) = (double.set(from), double.set(along));
     }
+    for lane in 0..LANES {
+        (t_min[lane], t_max[lane]) = (rays[lane].t_min, rays[lane].t_max);
+    }
+    RayLanes { origin, direction, t_min: double.set(t_min), t_max: double.set(t_max) }
 }
 
 /// Eight rays in single precision, as they lie in memory.

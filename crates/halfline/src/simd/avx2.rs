@@ -76,6 +76,12 @@ impl Simd for Avx2 {
     }
 
     #[inline(always)]
+    fn set(self, [a, b, c, d, e, f, g, h]: [f32; LANES]) -> __m256 {
+        // SAFETY: the witness stands for the instructions.
+        unsafe { _mm256_setr_ps(a, b, c, d, e, f, g, h) }
+    }
+
+    #[inline(always)]
     fn mul_add(self, a: __m256, b: __m256, c: __m256) -> __m256 {
         // SAFETY: the witness stands for the instructions.
         unsafe { _mm256_fmadd_ps(a, b, c) }
@@ -319,9 +325,9 @@ impl SimdF64 for Avx2Doubles {
     }
 
     #[inline(always)]
-    fn load(self, array: &[f64; LANES]) -> [__m256d; 2] {
-        // SAFETY: as above; the array is as long as both loads.
-        unsafe { [_mm256_loadu_pd(array.as_ptr()), _mm256_loadu_pd(array.as_ptr().add(4))] }
+    fn set(self, [a, b, c, d, e, f, g, h]: [f64; LANES]) -> [__m256d; 2] {
+        // SAFETY: the witness stands for the instructions.
+        unsafe { [_mm256_setr_pd(a, b, c, d), _mm256_setr_pd(e, f, g, h)] }
     }
 
     #[inline(always)]

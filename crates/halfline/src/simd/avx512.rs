@@ -47,6 +47,11 @@ impl Simd for Avx512 {
     }
 
     #[inline(always)]
+    fn set(self, numbers: [f32; LANES]) -> __m256 {
+        self.0.set(numbers)
+    }
+
+    #[inline(always)]
     fn mul_add(self, a: __m256, b: __m256, c: __m256) -> __m256 {
         self.0.mul_add(a, b, c)
     }
@@ -227,9 +232,9 @@ impl SimdF64 for Avx512Doubles {
     }
 
     #[inline(always)]
-    fn load(self, array: &[f64; LANES]) -> __m512d {
-        // SAFETY: as above; the array is as long as the load.
-        unsafe { _mm512_loadu_pd(array.as_ptr()) }
+    fn set(self, [a, b, c, d, e, f, g, h]: [f64; LANES]) -> __m512d {
+        // SAFETY: the witness stands for the instructions.
+        unsafe { _mm512_setr_pd(a, b, c, d, e, f, g, h) }
     }
 
     #[inline(always)]

@@ -11,6 +11,9 @@ mod avx2;
 #[cfg(target_arch = "x86_64")]
 mod avx512;
 mod portable;
+mod ring;
+
+pub(crate) use ring::Ring;
 
 use std::fmt;
 
@@ -37,6 +40,10 @@ pub(crate) trait Simd: Copy + Send + Sync {
 
     /// The numbers of an array.
     fn load(self, array: &[f32; LANES]) -> Self::F32x8;
+
+    /// Numbers that were just found one by one, without a way through memory, where a vector could only be read
+    /// once all of them have come to the cache.
+    fn set(self, numbers: [f32; LANES]) -> Self::F32x8;
 
     /// `a * b + c`, rounded once or twice.
     fn mul_add(self, a: Self::F32x8, b: Self::F32x8, c: Self::F32x8) -> Self::F32x8;
@@ -136,8 +143,8 @@ pub(crate) trait SimdF64: Copy {
     /// A vector with `x` in each lane.
     fn splat(self, x: f64) -> Self::F64x8;
 
-    /// The numbers of an array.
-    fn load(self, array: &[f64; LANES]) -> Self::F64x8;
+    /// Numbers that were just found one by one, as in [`Simd::set`].
+    fn set(self, numbers: [f64; LANES]) -> Self::F64x8;
 
     /// Writes all lanes.
     fn store(self, a: Self::F64x8, array: &mut [f64; LANES]);

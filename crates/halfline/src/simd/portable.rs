@@ -28,6 +28,11 @@ impl Simd for Portable {
         *array
     }
 
+    #[inline(always)]
+    fn set(self, numbers: [f32; LANES]) -> [f32; LANES] {
+        numbers
+    }
+
     /// Not fused: without the instruction that would be a slow call.
     #[inline(always)]
     fn mul_add(self, a: [f32; LANES], b: [f32; LANES], c: [f32; LANES]) -> [f32; LANES] {
@@ -201,8 +206,8 @@ impl SimdF64 for PortableDoubles {
     }
 
     #[inline(always)]
-    fn load(self, array: &[f64; LANES]) -> [f64; LANES] {
-        *array
+    fn set(self, numbers: [f64; LANES]) -> [f64; LANES] {
+        numbers
     }
 
     #[inline(always)]

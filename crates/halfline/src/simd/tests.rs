@@ -115,7 +115,7 @@ impl Job for &Choices {
         let mut doubles = [wide.splat(0.0); 4];
         for number in 0..4 {
             floats[number] = simd.load(&self.floats[number]);
-            doubles[number] = wide.load(&self.doubles[number]);
+            doubles[number] = wide.set(self.doubles[number]);
         }
         let [a, b, x, y] = floats;
         let mut singles = [[0.0; LANES]; 2];
@@ -211,7 +211,7 @@ impl Job for &Powers {
     #[inline(always)]
     fn run<S: Simd>(self, simd: S) -> [[f64; LANES]; 2] {
         let wide = simd.doubles();
-        let power = wide.power(wide.load(&self.0));
+        let power = wide.power(wide.set(self.0));
         let mut powers = [[0.0; LANES]; 2];
         wide.store(power, &mut powers[0]);
         wide.store(wide.inverse_power(power), &mut powers[1]);

@@ -8,7 +8,7 @@ use super::query::ClosestHit;
 use super::stream::cast;
 use crate::geometry::{Hit, Ray};
 use crate::mesh::Mesh;
-use crate::rays::RaySource;
+use crate::rays::{RayOrder, RaySource};
 use crate::simd::Level;
 use crate::tree::{NodeRef, Tree};
 
@@ -29,6 +29,8 @@ pub struct Cast<'a> {
     pub target: Target<'a>,
     /// The rays.
     pub source: RaySource<'a>,
+    /// In which order they are cast.
+    pub order: RayOrder,
     /// The places for their answers.
     pub answers: Answers<'a>,
     /// What casting them took so far.
@@ -40,7 +42,11 @@ pub struct Cast<'a> {
 impl<'a> Cast<'a> {
     /// A batch that is to be cast.
     pub fn new(target: Target<'a>, source: RaySource<'a>, answers: Answers<'a>) -> Cast<'a> {
-        Cast { target, source, answers, work: Work::default(), visits: None }
+        // All hits of a ray are put where they are found, so none may be cast twice.
+        let is_once = matches!(answers, Answers::AllHits(_) | Answers::Counts(_));
+        let width = if is_once { 0 } else { source.image_width() };
+        let order = RayOrder::new(width, source.len());
+        Cast { target, source, order, answers, work: Work::default(), visits: None }
     }
 
     /// True if every step is recorded.

@@ -35,7 +35,7 @@ pub struct Feeder<Q> {
     octets: Range<usize>,
     /// How many octets are looked at together.
     together: usize,
-    /// The number of the first ray that was not prepared yet.
+    /// How many rays were prepared, in the order in which they are cast.
     next: usize,
     /// How often in a row rays were too different to go as a packet.
     failures: u32,
@@ -70,7 +70,7 @@ impl<Q: Query> Feeder<Q> {
         while self.rays == 0 {
             if !self.octets.is_empty() {
                 self.cast_next(simd, cast, root, prefetcher);
-            } else if self.next < cast.source.len() && !cast.answers.are_cancelled() {
+            } else if self.next < cast.order.count() && !cast.answers.are_cancelled() {
                 self.prepare_next(simd, cast, root);
             } else {
                 return NodeRef::IDLE;
@@ -88,7 +88,7 @@ impl<Q: Query> Feeder<Q> {
         } else {
             let octet = &packet.octets[number / LANES];
             let (traversal, parameter) = octet.lane(number % LANES);
-            ray.restart(simd, packet.first + number, traversal, parameter);
+            ray.restart(simd, octet.first + number % LANES, traversal, parameter);
             stacks.restart(slot, 0);
             cast.target.tree.root
         }
@@ -98,10 +98,9 @@ impl<Q: Query> Feeder<Q> {
     #[inline(always)]
     fn prepare_next<S: Simd>(&mut self, simd: S, cast: &Cast, root: &RootFrame) {
         let first = self.next;
-        self.next = cast.source.len().min(first + RAYS);
-        self.packet.first = first;
+        self.next = cast.order.count().min(first + RAYS);
         let octets = &mut self.packet.octets;
-        let count = prepare_octets(simd, octets, &cast.source, first..self.next, root);
+        let count = prepare_octets(simd, octets, (&cast.source, &cast.order), first..self.next, root);
         self.octets = 0..count;
         self.together = OCTETS;
     }
@@ -118,7 +117,7 @@ impl<Q: Query> Feeder<Q> {
     ) {
         let packet = &mut self.packet;
         let is_tried =
-            self.failures < MAX_FAILURES || (packet.first / RAYS).is_multiple_of(TRIED_AGAIN);
+            self.failures < MAX_FAILURES || self.next.div_ceil(RAYS).is_multiple_of(TRIED_AGAIN);
         let is_tried = is_tried && is_packet_of_use::<Q>(cast.target.tree);
         let all = &mut self.octets;
         let mut part = all.start..all.end.min(all.start + self.together);

@@ -4,7 +4,7 @@
 //! what lies beyond a hit is passed over when it is popped. Different here: it is dropped at the hit, eight at a
 //! time, so that what is popped needs no test.
 
-use crate::simd::{LANES, Simd};
+use crate::simd::{LANES, Ring, Simd};
 use crate::tree::NodeRef;
 
 use super::stream::SLOTS;
@@ -15,9 +15,9 @@ const IN_ORDER: u32 = 0o76_543_210;
 /// The stacks of all slots, each in a part of its own. Writes are eight wide, so there is that much room at the
 /// end of each.
 pub struct Stacks {
-    refs: Vec<u32>,
+    refs: Ring<u32>,
     /// Lower bounds of where the ray enters what the references stand for.
-    entries: Vec<f32>,
+    entries: Ring<f32>,
     /// For each slot the place after the top.
     ends: [usize; SLOTS],
     /// Places for each slot.
@@ -29,8 +29,8 @@ impl Stacks {
     pub fn new(max_stack_size: usize) -> Stacks {
         // The end of the walk lies below everything else.
         let room = max_stack_size + 1 + LANES;
-        let refs = vec![NodeRef::END.0; room * SLOTS];
-        let entries = vec![f32::NEG_INFINITY; room * SLOTS];
+        let refs = Ring::new(room * SLOTS, NodeRef::END.0);
+        let entries = Ring::new(room * SLOTS, f32::NEG_INFINITY);
         Stacks { refs, entries, ends: std::array::from_fn(|slot| slot * room + 1), room }
     }
 
@@ -38,32 +38,27 @@ impl Stacks {
     #[inline(always)]
     pub fn free(&mut self, slot: usize) -> (&mut [f32; LANES], &mut [u32; LANES]) {
         let end = self.ends[slot];
-        let entries = self.entries[end..].first_chunk_mut();
-        let refs = self.refs[end..].first_chunk_mut();
-        let (Some(entries), Some(refs)) = (entries, refs) else {
-            unreachable!("the builder bounds the stack")
-        };
-        (entries, refs)
+        (self.entries.eight(end), self.refs.eight(end))
     }
 
     /// The top.
     #[inline(always)]
     pub fn top(&self, slot: usize) -> u32 {
-        self.refs[self.ends[slot] - 1]
+        self.refs.at(self.ends[slot].wrapping_sub(1))
     }
 
     /// Drops the top if `is_dropped`, without a branch.
     #[inline(always)]
     pub fn drop_top_if(&mut self, slot: usize, is_dropped: bool) {
-        self.ends[slot] -= usize::from(is_dropped);
+        self.ends[slot] = self.ends[slot].wrapping_sub(usize::from(is_dropped));
     }
 
     /// Pops the top, after so many more have been put into the free places.
     #[inline(always)]
     pub fn pop_after(&mut self, slot: usize, pushed: usize) -> u32 {
-        let last = self.ends[slot] + pushed - 1;
+        let last = self.ends[slot].wrapping_add(pushed).wrapping_sub(1);
         self.ends[slot] = last;
-        self.refs[last]
+        self.refs.at(last)
     }
 
     /// Begins a walk with so many references on the stack.
@@ -75,7 +70,7 @@ impl Stacks {
     /// The places above the end of the walk: for entries and for references.
     pub fn places(&mut self, slot: usize) -> (&mut [f32], &mut [u32]) {
         let places = slot * self.room + 1..(slot + 1) * self.room;
-        (&mut self.entries[places.clone()], &mut self.refs[places])
+        (&mut self.entries.all_mut()[places.clone()], &mut self.refs.all_mut()[places])
     }
 
     /// Drops what is entered beyond `limit`, eight at a time.
@@ -87,17 +82,9 @@ impl Stacks {
         let begin = slot * self.room + 1;
         let (mut kept, mut first) = (begin, begin);
         while first < self.ends[slot] {
-            let entries = self.entries[first..].first_chunk().copied();
-            let refs = self.refs[first..].first_chunk().copied();
-            let (Some(entries), Some(refs)) = (entries, refs) else {
-                unreachable!("there is room for eight above the top")
-            };
-            let entry = simd.load(&entries);
-            let (free_entries, free_refs) =
-                (self.entries[kept..].first_chunk_mut(), self.refs[kept..].first_chunk_mut());
-            let (Some(free_entries), Some(free_refs)) = (free_entries, free_refs) else {
-                unreachable!("no more are kept than there were")
-            };
+            let entry = simd.load(self.entries.eight(first));
+            let refs = *self.refs.eight(first);
+            let (free_entries, free_refs) = (self.entries.eight(kept), self.refs.eight(kept));
             kept += simd.compress(entry, limit, &refs, IN_ORDER, free_entries, free_refs);
             first += LANES;
         }

@@ -17,18 +17,22 @@
 //! Different from wavefront tracers (S. Laine, T. Karras, T. Aila, "Megakernels Considered Harmful",
 //! HPG 2013): there are few enough rays under way to stay in the first caches.
 
+use std::hint::select_unpredictable;
 use std::marker::PhantomData;
 
 use super::cast::Cast;
 use super::feeder::Feeder;
-use super::leaf::{Candidates, ExactState, Pairs, RayCursor, RayState};
+use super::leaf::{Candidates, ExactState, OpenPairs, Pairs, RayCursor, RayState};
 use super::prefetch::Prefetcher;
 use super::query::Query;
 use super::stack::Stacks;
 use super::step_limit::StepLimit;
 use crate::rays::RootFrame;
-use crate::simd::{Job, Simd, WORDS};
+use crate::simd::{Job, LANES, Simd, WORDS};
 use crate::tree::NodeRef;
+
+/// How many turns a ray may wait for a look in double precision.
+const MAX_TURNS_WAITED: u32 = 4;
 
 /// Rays under way at a time, each in a slot.
 pub const SLOTS: usize = WORDS;
@@ -71,6 +75,8 @@ impl<'a, Q: Query> Job for Stream<'a, Q> {
         let mut rays = [RayState::none(); SLOTS];
         let mut states: [ExactState<Q>; SLOTS] = std::array::from_fn(|_| ExactState::new());
         let mut hits = [(0, Candidates::default()); SLOTS];
+        let mut open_pairs = OpenPairs::none();
+        let mut turns_waited = 0;
         let mut step_limit = StepLimit::new(tree);
 
         loop {
@@ -79,7 +85,10 @@ impl<'a, Q: Query> Job for Stream<'a, Q> {
             let leaves = simd.lt_u32(&places, NodeRef::END.0) & !nodes;
             let done = simd.lt_u32(&places, NodeRef::IDLE.0) & !(nodes | leaves);
             if nodes | leaves | done == 0 {
-                break;
+                if open_pairs.len() == 0 {
+                    break;
+                }
+                turns_waited = MAX_TURNS_WAITED;
             }
 
             cast.work.add_nodes(nodes.count_ones());
@@ -109,11 +118,14 @@ impl<'a, Q: Query> Job for Stream<'a, Q> {
                 let block = &tree.leaves.blocks[NodeRef(places[slot]).index()];
                 candidates.find::<S, Q>(simd, &rays[slot], block);
                 *hit = slot as u8;
-                let is_hit = candidates.open != 0;
-                count += usize::from(is_hit);
+                let (is_met, is_single) = (candidates.open != 0, candidates.is_single_and_open());
+                count += usize::from(is_met & !is_single);
+                let lane = candidates.open.trailing_zeros();
+                open_pairs.push_if(is_single, slot, NodeRef(places[slot]).index() as u32, lane);
                 let next = stacks.top(slot);
-                stacks.drop_top_if(slot, !is_hit);
-                places[slot] = if is_hit { places[slot] } else { next };
+                stacks.drop_top_if(slot, !is_met);
+                let here = select_unpredictable(is_single, NodeRef::WAITING.0, places[slot]);
+                places[slot] = select_unpredictable(is_met, here, next);
                 prefetcher.prefetch(simd, NodeRef(places[slot]));
             }
 
@@ -131,17 +143,33 @@ impl<'a, Q: Query> Job for Stream<'a, Q> {
                 };
                 let state = &mut states[slot];
                 let open = cast.decide(&mut cursor, state, candidates, index);
-                if open != 0 {
-                    cast.decide_open(simd, cursor, state, index, open);
+                if ray.traversal.limit < before {
+                    stacks.drop_beyond(simd, slot, ray.traversal.limit);
                 }
-                if state.is_done() {
+                if open != 0 {
+                    if open_pairs.is_full() {
+                        let slots = (&mut places, &mut rays, &mut states, &mut stacks);
+                        decide_open(simd, &cast, (&mut open_pairs, LANES), slots, prefetcher);
+                    }
+                    open_pairs.push_all(slot, index as u32, open);
+                    places[slot] = NodeRef::WAITING.0;
+                } else if state.is_done() {
                     places[slot] = NodeRef::END.0;
                 } else {
-                    if ray.traversal.limit < before {
-                        stacks.drop_beyond(simd, slot, ray.traversal.limit);
-                    }
                     places[slot] = stacks.pop_after(slot, 0);
                     prefetcher.prefetch(simd, NodeRef(places[slot]));
+                }
+            }
+
+            // Let double precision have a look at what is open, if there is enough of it, or it waited for long.
+            turns_waited += 1;
+            let has_waited = turns_waited > MAX_TURNS_WAITED;
+            if (open_pairs.len() >= LANES) | has_waited {
+                turns_waited = 0;
+                if open_pairs.len() != 0 {
+                    let slots = (&mut places, &mut rays, &mut states, &mut stacks);
+                    let least = if has_waited { 1 } else { LANES };
+                    decide_open(simd, &cast, (&mut open_pairs, least), slots, prefetcher);
                 }
             }
 
@@ -157,5 +185,78 @@ impl<'a, Q: Query> Job for Stream<'a, Q> {
         }
         cast.finish_pairs(simd, &ended);
         cast
+    }
+}
+
+/// Where rays are under way, and where they are: places, rays, what was decided of them, and stacks.
+type Slots<'a, Q> = (
+    &'a mut [u32; SLOTS],
+    &'a mut [RayState; SLOTS],
+    &'a mut [ExactState<Q>; SLOTS],
+    &'a mut Stacks,
+);
+
+/// Decides the pairs that wait, eight at a time as long as there are so many or `least`, in a function of its own: it is rarer than all else, and would be in the way.
+#[inline(always)]
+fn decide_open<S: Simd, Q: Query>(
+    simd: S,
+    cast: &Cast,
+    (open_pairs, least): (&mut OpenPairs, usize),
+    slots: Slots<Q>,
+    prefetcher: Prefetcher,
+) {
+    simd.outlined(DecideOpen { cast, open_pairs, least, slots, prefetcher });
+}
+
+struct DecideOpen<'a, 'b, Q> {
+    cast: &'a Cast<'b>,
+    open_pairs: &'a mut OpenPairs,
+    least: usize,
+    slots: Slots<'a, Q>,
+    prefetcher: Prefetcher,
+}
+
+impl<Q: Query> Job for DecideOpen<'_, '_, Q> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<S: Simd>(self, simd: S) {
+        let DecideOpen { cast, open_pairs, least, slots, prefetcher } = self;
+        let (places, rays, states, stacks) = slots;
+        let blocks = &cast.target.tree.leaves.blocks;
+        loop {
+            let pairs = open_pairs.first(blocks, |slot| rays[slot % SLOTS].number);
+            let look = cast.refine(simd, &pairs);
+            for pair in 0..open_pairs.len().min(LANES) {
+                let slot = open_pairs.owner(pair) % SLOTS;
+                let (ray, state) = (&mut rays[slot], &mut states[slot]);
+                let before = ray.traversal.limit;
+                if !state.is_done() {
+                    let place = (pairs.blocks[pair] as usize, pairs.triangles[pair] as usize % LANES);
+                    let cursor = RayCursor {
+                        number: ray.number,
+                        parameter: ray.parameter,
+                        nearest: &mut ray.nearest,
+                        limit: &mut ray.traversal.limit,
+                    };
+                    cast.take_look(simd, cursor, state, (&look, pair), place);
+                }
+                if ray.traversal.limit < before {
+                    stacks.drop_beyond(simd, slot, ray.traversal.limit);
+                }
+                if open_pairs.is_last_of_owner(pair) {
+                    if state.is_done() {
+                        places[slot] = NodeRef::END.0;
+                    } else {
+                        places[slot] = stacks.pop_after(slot, 0);
+                        prefetcher.prefetch(simd, NodeRef(places[slot]));
+                    }
+                }
+            }
+            open_pairs.drop_first();
+            if open_pairs.len() < least {
+                break;
+            }
+        }
     }
 }

@@ -3,7 +3,7 @@
 use crate::geometry::Ray;
 use crate::intersect::filter_f32::test_leaf;
 use crate::numeric::UNIT_ROUNDOFF;
-use crate::rays::{RayOctet, RaySource, RootFrame, prepare_octets};
+use crate::rays::{RayOctet, RayOrder, RaySource, RootFrame, prepare_octets};
 use crate::simd::{Job, LANES, Simd};
 use crate::tree::{LeafBlock, Tree};
 
@@ -40,7 +40,8 @@ impl Job for Judged<'_> {
         let mut octets = [RayOctet::none()];
         let rays = [*self.ray];
         let root = RootFrame::of(self.tree);
-        prepare_octets(simd, &mut octets, &RaySource::Rows(&rays), 0..1, &root);
+        let rays = (&RaySource::Rows(&rays), &RayOrder::new(0, 1));
+        prepare_octets(simd, &mut octets, rays, 0..1, &root);
         let [mut octet] = octets;
         if octet.met & 1 == 0 {
             return None;

@@ -17,6 +17,9 @@ impl NodeRef {
     /// The reference of a stream's slot without a ray.
     pub const IDLE: NodeRef = NodeRef(3 << KIND_SHIFT);
 
+    /// The reference of a stream's slot whose ray waits for a look in double precision.
+    pub const WAITING: NodeRef = NodeRef(NodeRef::IDLE.0 + 1);
+
     /// References below this are nodes; leaves are those from it to [`NodeRef::END`].
     pub const FIRST_LEAF: u32 = (NodeRef::LEAF as u32) << KIND_SHIFT;
 

@@ -5,7 +5,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use crate::common::{Random, nasty_ray, sphere};
 use halfline::columns::{Column, HitColumns, RayColumns, Scalars, Vectors};
 use halfline::progress::{NoProgress, Observer, Stage};
-use halfline::{Error, Hit, Ray, Scene, Vec3};
+use halfline::{Error, Hit, Level, Ray, Scene, Vec3};
 
 /// Around the number of rays that a thread takes at a time.
 const COUNTS: [usize; 6] = [0, 1, 4095, 4096, 4097, 10_000];
@@ -256,5 +256,45 @@ fn the_observer_hears_of_all_rays_and_ends_the_work() {
         assert!(matches!(error, Error::Interrupted));
         let done = ends.done.into_inner();
         assert!(count < 4096 || done < count as u64, "all {done} rays were cast");
+    }
+}
+
+/// Images are cast tile by tile, and answered as rays one by one are, whatever their shape.
+#[test]
+fn images_are_answered_as_their_rays() {
+    let mut scene = scene();
+    let bounds = scene.mesh().bounds();
+    let (center, size) = (bounds.center(), bounds.extent().length());
+    for (width, height) in [(8, 8), (64, 20), (71, 19), (100, 8), (63, 16), (9, 9), (640, 3)] {
+        let pixel = |i: usize| {
+            let x = (i % width) as f64 / width as f64 - 0.5;
+            let y = (i / width) as f64 / height as f64 - 0.5;
+            [x * size * 0.3, y * size * 0.3, -size]
+        };
+        let directions: Vec<[f64; 3]> = (0..width * height).map(pixel).collect();
+        let eye = (center + Vec3::from([0.0, 0.0, size])).to_array();
+        let rays = RayColumns::new(
+            directions.len(),
+            Column::Same(eye),
+            Column::F64(&directions),
+            Column::Same(0.0),
+            Column::Same(f64::INFINITY),
+        );
+        let plain = rays.expect("of one length");
+        let image = plain.with_image_width(width);
+        for level in Level::available() {
+            scene.set_simd_level(level);
+            let answers = [plain, image].map(|rays| {
+                let (mut t, mut face) = (vec![0.0; rays.len()], vec![0; rays.len()]);
+                let (mut uv, mut flags) = (vec![[0.0; 2]; rays.len()], vec![false; rays.len()]);
+                let hits = HitColumns { t: &mut t, face: &mut face, uv: &mut uv };
+                scene.intersect_columns(&rays, hits).expect("nobody interrupts");
+                scene.occluded_columns(&rays, &mut flags).expect("nobody interrupts");
+                let all = scene.intersect_all_columns(&rays).expect("nobody interrupts");
+                (bits(t), face, bits(uv.into_flattened()), flags, all)
+            });
+            assert_eq!(answers[0], answers[1], "{width} x {height}, {}", level.name());
+            assert!(answers[0].3.iter().any(|&flag| flag), "something is hit");
+        }
     }
 }

@@ -8,6 +8,7 @@ mod columns;
 mod common;
 mod explain;
 mod filters;
+mod near_starts;
 mod packets;
 mod secondary_rays;
 mod textbook_and_engine;

@@ -53,11 +53,11 @@ impl Job for Look<'_> {
                 for lane in 0..LANES {
                     lanes[lane] = self.0[lane].1[corner][axis];
                 }
-                corners[corner][axis] = wide.load(&lanes);
+                corners[corner][axis] = wide.set(lanes);
             }
         }
         let rays = self.0.map(|pair| pair.0);
-        refine(simd, &RaySource::Rows(&rays).load8(simd, 0..LANES), &corners)
+        refine(simd, &RaySource::Rows(&rays).load8(simd, 0..LANES), &corners, 255)
     }
 }
 

@@ -7,11 +7,11 @@ use super::{Candidates, ExactState, NearestSoFar, Pairs, ParameterJob};
 use crate::geometry::NO_FACE;
 use crate::intersect::filter_f64::Refined;
 use crate::rays::Parameter;
-use crate::simd::{Job, LANES, Simd};
+use crate::simd::{LANES, Simd};
 
 /// What double precision says about a triangle and a ray.
 #[derive(Clone, Copy, PartialEq, Eq)]
-pub enum Refinement {
+enum Refinement {
     /// All that is to be known.
     Certain,
     /// It is hit, but whether before the nearest so far is open.
@@ -30,34 +30,6 @@ pub struct RayCursor<'a> {
     pub nearest: &'a mut NearestSoFar,
     /// Where it stops to matter.
     pub limit: &'a mut f32,
-}
-
-impl RayCursor<'_> {
-    /// The same ray once more.
-    #[inline(always)]
-    fn again(&mut self) -> RayCursor<'_> {
-        let RayCursor { number, parameter, nearest, limit } = self;
-        RayCursor { number: *number, parameter: *parameter, nearest, limit }
-    }
-}
-
-/// [`Cast::decide_open`] in a function of its own: it is rare, and would be in the way.
-struct DecideOpen<'a, 'b, Q> {
-    cast: &'a Cast<'b>,
-    ray: RayCursor<'a>,
-    state: &'a mut ExactState<Q>,
-    index: usize,
-    open: u32,
-}
-
-impl<Q: Query> Job for DecideOpen<'_, '_, Q> {
-    type Output = ();
-
-    #[inline(always)]
-    fn run<S: Simd>(self, simd: S) {
-        let DecideOpen { cast, ray, state, index, open } = self;
-        cast.decide_in_steps(simd, ray, state, index, open);
-    }
 }
 
 impl Cast<'_> {
@@ -79,9 +51,7 @@ impl Cast<'_> {
                 while rest != 0 {
                     let lane = rest.trailing_zeros() as usize % LANES;
                     rest &= rest - 1;
-                    if block.faces[lane] != NO_FACE {
-                        state.accept(block.faces[lane], (index as u32, lane as u32));
-                    }
+                    state.accept(block.faces[lane], (index as u32, lane as u32));
                 }
                 *open & !*certain
             }
@@ -99,7 +69,7 @@ impl Cast<'_> {
                     rest &= rest - 1;
                     let (face, low, high) = (block.faces[lane], low[lane], high[lane]);
                     let is_beyond = has_interval >> lane & 1 == 1 && low > *ray.limit;
-                    if face == ray.nearest.face || face == NO_FACE || is_beyond {
+                    if face == ray.nearest.face || is_beyond {
                         continue;
                     }
                     if certain >> lane & 1 == 1 && high < ray.nearest.low {
@@ -116,10 +86,27 @@ impl Cast<'_> {
         }
     }
 
+    /// Decides a pair of a ray and the triangle in a lane of the leaf whose block has this index, at which double
+    /// precision had a look.
+    #[inline(always)]
+    pub fn take_look<S: Simd, Q: Query>(
+        &self,
+        simd: S,
+        mut ray: RayCursor,
+        state: &mut ExactState<Q>,
+        look: (&Refined, usize),
+        place: (usize, usize),
+    ) {
+        let refinement = self.take_refined(&mut ray, state, look, place);
+        if refinement != Refinement::Certain {
+            self.decide_rest(simd, ray, state, refinement, place);
+        }
+    }
+
     /// Takes what double precision is certain of about the triangle in a lane of the leaf whose block has
     /// this index.
     #[inline(always)]
-    pub fn take_refined<Q: Query>(
+    fn take_refined<Q: Query>(
         &self,
         ray: &mut RayCursor,
         state: &mut ExactState<Q>,
@@ -132,11 +119,11 @@ impl Cast<'_> {
         if look.hit >> pair & 1 == 0 {
             return Refinement::Open;
         }
-        if Q::KIND == QueryKind::Any {
-            state.accept(NO_FACE, (index as u32, lane as u32));
+        let face = self.target.tree.leaves.blocks[index].faces[lane];
+        if Q::KIND != QueryKind::Closest {
+            state.accept(face, (index as u32, lane as u32));
             return Refinement::Certain;
         }
-        let face = self.target.tree.leaves.blocks[index].faces[lane];
         let low = ray.parameter.lower(look.low[pair]);
         let high = ray.parameter.limit(look.high[pair]);
         if face == ray.nearest.face || low > *ray.limit {
@@ -181,7 +168,7 @@ impl Cast<'_> {
 
     /// Decides a triangle about which double precision said so much.
     #[inline(always)]
-    pub fn decide_rest<S: Simd, Q: Query>(
+    fn decide_rest<S: Simd, Q: Query>(
         &self,
         simd: S,
         mut ray: RayCursor,
@@ -199,53 +186,6 @@ impl Cast<'_> {
         };
         if !is_decided && !state.is_done() {
             self.decide_exactly(ray, state, index, 1 << lane);
-        }
-    }
-
-    /// Decides triangles of a leaf of which single precision is not certain, for one ray.
-    #[inline(always)]
-    pub fn decide_open<S: Simd, Q: Query>(
-        &self,
-        simd: S,
-        ray: RayCursor,
-        state: &mut ExactState<Q>,
-        index: usize,
-        open: u32,
-    ) {
-        if Q::KIND == QueryKind::All {
-            self.decide_exactly(ray, state, index, open);
-        } else {
-            simd.outlined(DecideOpen { cast: self, ray, state, index, open });
-        }
-    }
-
-    /// The body of [`Cast::decide_open`] but for all hits, where bounds of t are of no use.
-    #[inline(always)]
-    fn decide_in_steps<S: Simd, Q: Query>(
-        &self,
-        simd: S,
-        mut ray: RayCursor,
-        state: &mut ExactState<Q>,
-        index: usize,
-        open: u32,
-    ) {
-        let faces = &self.target.tree.leaves.blocks[index].faces;
-        let (mut pairs, mut rest) = (Pairs::none(), open);
-        while rest != 0 {
-            let lane = rest.trailing_zeros();
-            rest &= rest - 1;
-            let face = faces[lane as usize % LANES];
-            if face != NO_FACE {
-                pairs.push(ray.number, face, (index as u32, lane));
-            }
-        }
-        let look = self.refine(simd, &pairs);
-        for pair in 0..pairs.lanes.count_ones() as usize {
-            let lane = pairs.triangles[pair % LANES] as usize % LANES;
-            let refinement = self.take_refined(&mut ray, state, (&look, pair), (index, lane));
-            if refinement != Refinement::Certain {
-                self.decide_rest(simd, ray.again(), state, refinement, (index, lane));
-            }
         }
     }
 

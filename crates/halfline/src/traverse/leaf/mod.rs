@@ -6,6 +6,7 @@
 //! t of the hits that are known, eight at a time.
 
 mod decide;
+mod open_pairs;
 mod resolve;
 
 use super::query::{Query, QueryKind, Slot};
@@ -16,7 +17,8 @@ use crate::rays::{Parameter, TraversalRay};
 use crate::simd::{LANES, Simd};
 use crate::tree::LeafBlock;
 
-pub use decide::{RayCursor, Refinement};
+pub use decide::RayCursor;
+pub use open_pairs::OpenPairs;
 pub use resolve::Pairs;
 use resolve::ParameterJob;
 
@@ -89,12 +91,19 @@ pub struct Candidates {
     /// A bit for each triangle that the ray may hit.
     pub open: u32,
     /// A bit for each of those that it hits for certain.
-    certain: u32,
+    pub certain: u32,
     /// A bit for each whose bounds are known.
     has_interval: u32,
 }
 
 impl Candidates {
+    /// True if there is one, and it is not certain.
+    #[inline(always)]
+    pub fn is_single_and_open(&self) -> bool {
+        // Without a branch.
+        (self.certain == 0) & (self.open != 0) & (self.open & self.open.wrapping_sub(1) == 0)
+    }
+
     /// Holds a ray against the triangles of a leaf.
     #[inline(always)]
     pub fn find<S: Simd, Q: Query>(&mut self, simd: S, ray: &RayState, block: &LeafBlock) {
@@ -103,15 +112,15 @@ impl Candidates {
         } else {
             test_leaf::<S, false>(simd, &ray.traversal, &block.corners)
         };
-        self.set(simd, verdict);
+        self.set(simd, verdict, !simd.eq_u32(&block.faces, NO_FACE));
     }
 
-    /// Takes what the filter found.
+    /// Takes what the filter found about the lanes that hold a triangle.
     #[inline(always)]
-    pub fn set<S: Simd>(&mut self, simd: S, verdict: F32Verdict<S::F32x8>) {
+    pub fn set<S: Simd>(&mut self, simd: S, verdict: F32Verdict<S::F32x8>, triangles: u32) {
         simd.store(verdict.low, &mut self.low);
         simd.store(verdict.high, &mut self.high);
-        (self.open, self.certain) = (verdict.candidates, verdict.certain);
+        (self.open, self.certain) = (verdict.candidates & triangles, verdict.certain & triangles);
         self.has_interval = verdict.has_interval;
     }
 }

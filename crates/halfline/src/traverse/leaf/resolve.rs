@@ -32,22 +32,6 @@ impl Job for ParameterJob<'_, '_> {
     }
 }
 
-/// [`Cast::refine`] in a function of its own: it is rare, and would be in the way.
-struct RefineJob<'a, 'b> {
-    cast: &'a Cast<'b>,
-    pairs: &'a Pairs,
-}
-
-impl Job for RefineJob<'_, '_> {
-    type Output = Refined;
-
-    #[inline(always)]
-    fn run<S: Simd>(self, simd: S) -> Refined {
-        let corners = self.cast.corner_lanes(simd, self.pairs);
-        refine(simd, &self.cast.source.gather8(simd, &self.pairs.numbers), &corners)
-    }
-}
-
 /// Up to eight rays and a triangle for each, by lane.
 pub struct Pairs {
     /// The number of each ray.
@@ -203,39 +187,38 @@ impl Cast<'_> {
         let (wide, leaves, frame) = (simd.doubles(), &tree.leaves, &tree.frame);
         let mut corners = [[wide.splat(0.0); 3]; 3];
         if leaves.are_exact {
-            let mut lanes = [[[0.0; LANES]; 3]; 3];
+            let mut blocks = [&leaves.blocks[pairs.blocks[0] as usize].corners; LANES];
+            let mut triangles = [0; LANES];
             for lane in 0..LANES {
-                let block = &leaves.blocks[pairs.blocks[lane] as usize].corners;
-                let triangle = pairs.triangles[lane] as usize % LANES;
-                for corner in 0..3 {
-                    for axis in 0..3 {
-                        lanes[corner][axis][lane] = block[corner][axis][triangle];
-                    }
-                }
+                blocks[lane] = &leaves.blocks[pairs.blocks[lane] as usize].corners;
+                triangles[lane] = pairs.triangles[lane] as usize % LANES;
             }
             for corner in 0..3 {
                 for axis in 0..3 {
-                    let number = simd.widen(simd.load(&lanes[corner][axis]));
+                    let mut lanes = [0.0; LANES];
+                    for lane in 0..LANES {
+                        lanes[lane] = blocks[lane][corner][axis][triangles[lane]];
+                    }
+                    let number = simd.widen(simd.set(lanes));
                     let scaled = wide.mul(number, wide.splat(frame.unit()));
                     corners[corner][axis] = wide.add(scaled, wide.splat(frame.offset()[axis]));
                 }
             }
         } else {
-            let mut lanes = [[[0.0; LANES]; 3]; 3];
+            let mut triangles = [[Vec3::ZERO; 3]; LANES];
             let mut rest = pairs.lanes;
             while rest != 0 {
                 let lane = rest.trailing_zeros() as usize % LANES;
                 rest &= rest - 1;
-                let triangle = self.target.mesh.corners(pairs.faces[lane]);
-                for corner in 0..3 {
-                    for axis in 0..3 {
-                        lanes[corner][axis][lane] = triangle[corner][axis];
-                    }
-                }
+                triangles[lane] = self.target.mesh.corners(pairs.faces[lane]);
             }
             for corner in 0..3 {
                 for axis in 0..3 {
-                    corners[corner][axis] = wide.load(&lanes[corner][axis]);
+                    let mut lanes = [0.0; LANES];
+                    for lane in 0..LANES {
+                        lanes[lane] = triangles[lane][corner][axis];
+                    }
+                    corners[corner][axis] = wide.set(lanes);
                 }
             }
         }
@@ -253,7 +236,8 @@ impl Cast<'_> {
     /// Looks at rays and triangles in double precision.
     #[inline(always)]
     pub fn refine<S: Simd>(&self, simd: S, pairs: &Pairs) -> Refined {
-        simd.outlined(RefineJob { cast: self, pairs })
+        let corners = self.corner_lanes(simd, pairs);
+        refine(simd, &self.source.gather8(simd, &pairs.numbers), &corners, pairs.lanes)
     }
 
     /// The body of [`Cast::finish_pairs`].

@@ -3,14 +3,18 @@
 use std::ops::Range;
 
 use super::super::cast::Cast;
-use super::super::leaf::{Candidates, NearestSoFar, Pairs, RayCursor, Refinement};
+use super::super::leaf::{Candidates, NearestSoFar, Pairs, RayCursor};
 use super::super::query::{Query, QueryKind};
 use super::hits::PacketHits;
 use super::{Mask, OCTETS, PacketBounds, RAYS, RayPacket, bits_of, lanes_of};
 use crate::geometry::NO_FACE;
+use crate::rays::RayOctet;
 use crate::intersect::filter_f32::{test_leaf_by_lane, test_octet};
 use crate::simd::{Job, LANES, Simd};
 use crate::tree::LeafBlock;
+
+/// Pairs of rays and triangles for which no others of later leaves are waited for.
+const ENOUGH_PAIRS: usize = 4;
 
 impl<Q: Query> RayPacket<Q> {
     /// Holds rays against the triangles of a leaf. Returns a bit for each to which nothing more can
@@ -39,12 +43,15 @@ impl<Q: Query> RayPacket<Q> {
         // A ray by itself costs as much as a triangle against two octets, or one where any hit will do: there
         // a ray is often done with at once.
         let weight = if Q::KIND == QueryKind::Any { 1 } else { 2 };
-        let done = if weight * mask.count_ones() < octets * triangles.count_ones() {
+        let mut done = if weight * mask.count_ones() < octets * triangles.count_ones() {
             self.visit_by_rays(simd, cast, bounds.axes, (block, index), mask)
         } else {
             let rays = (part, mask);
             self.visit_by_triangles(simd, cast, bounds.axes, rays, (block, index), triangles)
         };
+        if self.open_pairs.len() >= ENOUGH_PAIRS {
+            done |= self.decide_open(simd, cast);
+        }
         if Q::KIND == QueryKind::Closest {
             self.limit = self.hits.limit(simd, part);
         }
@@ -62,6 +69,7 @@ impl<Q: Query> RayPacket<Q> {
         mask: Mask,
     ) -> Mask {
         let (mut rest, mut done, mut candidates) = (mask, 0, Candidates::default());
+        let triangles = !simd.eq_u32(&block.faces, NO_FACE);
         while rest != 0 {
             let ray = rest.trailing_zeros() as usize % RAYS;
             rest &= rest - 1;
@@ -73,10 +81,9 @@ impl<Q: Query> RayPacket<Q> {
             } else {
                 test_leaf_by_lane::<S, false>(simd, fields, limit, axes, &block.corners)
             };
-            candidates.set(simd, verdict);
+            candidates.set(simd, verdict, triangles);
             if candidates.open != 0 {
-                let is_done = self.decide_for_ray(simd, cast, ray, &candidates, index);
-                done |= Mask::from(is_done) << ray;
+                done |= self.decide_for_ray(simd, cast, ray, &candidates, index);
             }
         }
         done
@@ -157,55 +164,29 @@ impl<Q: Query> RayPacket<Q> {
                     }
                 }
                 if open != 0 {
-                    let more = self.refine_octet(simd, cast, octet, (index, triangle), open);
-                    done |= bits_of(more, octet);
-                    lanes &= !more;
+                    if self.open_pairs.is_full() {
+                        let more = self.decide_open(simd, cast);
+                        done |= more;
+                        lanes &= !lanes_of(more, octet);
+                    }
+                    while open != 0 {
+                        let ray = octet * LANES + open.trailing_zeros() as usize % LANES;
+                        open &= open - 1;
+                        self.open_pairs.push_if(true, ray, index as u32, triangle as u32);
+                    }
                 }
             }
         }
         done
     }
 
-    /// Decides a triangle of a leaf, of which single precision is not certain, for rays of an octet. Returns
-    /// a bit for each to which nothing more can matter.
+    /// Decides the pairs that wait. Returns a bit for each ray to which nothing more can matter.
     #[inline(always)]
-    fn refine_octet<S: Simd>(
-        &mut self,
-        simd: S,
-        cast: &Cast,
-        octet: usize,
-        place: (usize, usize),
-        open: u32,
-    ) -> u32 {
-        let (index, triangle) = place;
-        let face = cast.target.tree.leaves.blocks[index].faces[triangle];
-        let pairs = Pairs {
-            numbers: numbers_from(self.first + octet * LANES),
-            faces: [face; LANES],
-            blocks: [index as u32; LANES],
-            triangles: [triangle as u32; LANES],
-            lanes: open,
-        };
-        let refined = cast.refine(simd, &pairs);
-        let (mut rest, mut done) = (open, 0);
-        while rest != 0 {
-            let lane = rest.trailing_zeros() as usize % LANES;
-            rest &= rest - 1;
-            let ray = octet * LANES + lane;
-            let (mut nearest, mut limit) =
-                (self.hits.nearest(octet, lane), self.hits.limits[octet][lane]);
-            let mut cursor = self.cursor(ray, &mut nearest, &mut limit);
-            let state = &mut self.states[ray];
-            state.query_has_nearest = self.hits.query_has_nearest >> ray & 1 == 1;
-            let refinement = cast.take_refined(&mut cursor, state, (&refined, lane), place);
-            if refinement != Refinement::Certain {
-                cast.decide_rest(simd, cursor, state, refinement, place);
-            }
-            let is_done = state.is_done();
-            self.take(ray, nearest, limit, is_done);
-            done |= u32::from(is_done) << lane;
+    pub(super) fn decide_open<S: Simd>(&mut self, simd: S, cast: &Cast) -> Mask {
+        if self.open_pairs.len() == 0 {
+            return 0;
         }
-        done
+        simd.outlined(DecideOpen { packet: self, cast })
     }
 
     /// Decides candidates of a leaf for a ray.
@@ -217,7 +198,7 @@ impl<Q: Query> RayPacket<Q> {
         ray: usize,
         candidates: &Candidates,
         index: usize,
-    ) -> bool {
+    ) -> Mask {
         let (octet, lane) = (ray / LANES, ray % LANES);
         let (mut nearest, mut limit) =
             (self.hits.nearest(octet, lane), self.hits.limits[octet][lane]);
@@ -225,12 +206,16 @@ impl<Q: Query> RayPacket<Q> {
         let state = &mut self.states[ray];
         state.query_has_nearest = self.hits.query_has_nearest >> ray & 1 == 1;
         let open = cast.decide(&mut cursor, state, candidates, index);
-        if open != 0 {
-            cast.decide_open(simd, cursor, state, index, open);
-        }
         let is_done = state.is_done();
         self.take(ray, nearest, limit, is_done);
-        is_done
+        let mut done = Mask::from(is_done) << ray;
+        if open != 0 {
+            if self.open_pairs.is_full() {
+                done |= self.decide_open(simd, cast);
+            }
+            self.open_pairs.push_all(ray, index as u32, open);
+        }
+        done
     }
 
     /// Takes the answers of rays that are at their end.
@@ -239,7 +224,7 @@ impl<Q: Query> RayPacket<Q> {
         let mut rest = mask;
         if Q::KIND == QueryKind::Closest {
             if Q::EXACT {
-                simd.outlined(FinishPacket { hits: &self.hits, first: self.first, cast, mask });
+                simd.outlined(FinishPacket { hits: &self.hits, octets: &self.octets, cast, mask });
             } else {
                 self.finish_plain(cast, mask);
             }
@@ -248,7 +233,7 @@ impl<Q: Query> RayPacket<Q> {
                 let ray = rest.trailing_zeros() as usize % RAYS;
                 rest &= rest - 1;
                 if self.hits.query_has_nearest >> ray & 1 == 1 {
-                    cast.finish_decided(self.first + ray, &mut self.states[ray]);
+                    cast.finish_decided(self.number(ray), &mut self.states[ray]);
                 } else {
                     self.states[ray].restart();
                 }
@@ -260,12 +245,12 @@ impl<Q: Query> RayPacket<Q> {
             rest &= rest - 1;
             let is_decided = self.hits.decided >> ray & 1 == 1;
             if self.hits.faces[ray / LANES][ray % LANES] != NO_FACE {
-                cast.answers.put_occluded(self.first + ray);
+                cast.answers.put_occluded(self.number(ray));
                 if is_decided {
                     self.states[ray].restart();
                 }
             } else if is_decided {
-                cast.finish_decided(self.first + ray, &mut self.states[ray]);
+                cast.finish_decided(self.number(ray), &mut self.states[ray]);
             }
         }
     }
@@ -279,7 +264,7 @@ impl<Q: Query> RayPacket<Q> {
             let face = self.hits.faces[octet][lane];
             if face != NO_FACE {
                 let t = self.octets[octet].parameter(lane).t(self.hits.lows[octet][lane]);
-                cast.put_plain(self.first + ray, face, t);
+                cast.put_plain(self.number(ray), face, t);
             }
         }
     }
@@ -293,7 +278,7 @@ impl<Q: Query> RayPacket<Q> {
         limit: &'a mut f32,
     ) -> RayCursor<'a> {
         let parameter = self.octets[ray / LANES].parameter(ray % LANES);
-        RayCursor { number: self.first + ray, parameter, nearest, limit }
+        RayCursor { number: self.number(ray), parameter, nearest, limit }
     }
 
     /// Takes what was decided for a ray.
@@ -312,12 +297,51 @@ impl<Q: Query> RayPacket<Q> {
     }
 }
 
+/// Decides the pairs that wait, in a function of its own.
+struct DecideOpen<'a, 'b, Q> {
+    packet: &'a mut RayPacket<Q>,
+    cast: &'a Cast<'b>,
+}
+
+impl<Q: Query> Job for DecideOpen<'_, '_, Q> {
+    type Output = Mask;
+
+    #[inline(always)]
+    fn run<S: Simd>(self, simd: S) -> Mask {
+        let DecideOpen { packet, cast } = self;
+        let mut done = 0;
+        while packet.open_pairs.len() != 0 {
+            let blocks = &cast.target.tree.leaves.blocks;
+            let pairs = packet.open_pairs.first(blocks, |ray| packet.number(ray % RAYS));
+            let look = cast.refine(simd, &pairs);
+            for pair in 0..pairs.lanes.count_ones() as usize % (LANES + 1) {
+                let ray = packet.open_pairs.owner(pair) % RAYS;
+                let (octet, lane) = (ray / LANES, ray % LANES);
+                let (mut nearest, mut limit) =
+                    (packet.hits.nearest(octet, lane), packet.hits.limits[octet][lane]);
+                if limit < 0.0 {
+                    continue;
+                }
+                let cursor = packet.cursor(ray, &mut nearest, &mut limit);
+                let state = &mut packet.states[ray];
+                state.query_has_nearest = packet.hits.query_has_nearest >> ray & 1 == 1;
+                let place = (pairs.blocks[pair] as usize, pairs.triangles[pair] as usize % LANES);
+                cast.take_look(simd, cursor, state, (&look, pair), place);
+                let is_done = state.is_done();
+                packet.take(ray, nearest, limit, is_done);
+                done |= Mask::from(is_done) << ray;
+            }
+            packet.open_pairs.drop_first();
+        }
+        done
+    }
+}
+
 /// Finds where the nearest hits of some rays of a packet are, where their queries do not know, in a function of its
 /// own: all kinds of answers call the same.
 struct FinishPacket<'a, 'b> {
     hits: &'a PacketHits,
-    /// The number of the packet's first ray.
-    first: usize,
+    octets: &'a [RayOctet; OCTETS],
     cast: &'a mut Cast<'b>,
     mask: Mask,
 }
@@ -327,13 +351,13 @@ impl Job for FinishPacket<'_, '_> {
 
     #[inline(always)]
     fn run<S: Simd>(self, simd: S) {
-        let FinishPacket { hits, first, cast, mask } = self;
+        let FinishPacket { hits, octets, cast, mask } = self;
         for octet in 0..OCTETS {
             let lanes = lanes_of(mask & !hits.query_has_nearest, octet);
             let lanes = lanes & !simd.eq_u32(&hits.faces[octet], NO_FACE);
             if lanes != 0 {
                 let pairs = Pairs {
-                    numbers: numbers_from(first + octet * LANES),
+                    numbers: numbers_from(octets[octet].first),
                     faces: hits.faces[octet],
                     blocks: hits.blocks[octet],
                     triangles: hits.triangles[octet],

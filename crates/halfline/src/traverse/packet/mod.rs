@@ -18,7 +18,7 @@ mod stack;
 use std::ops::Range;
 
 use super::cast::Cast;
-use super::leaf::{ExactState, RayState};
+use super::leaf::{ExactState, OpenPairs, RayState};
 use super::prefetch::Prefetcher;
 use super::query::{Query, QueryKind};
 use crate::rays::{ALL, RayFields, RayOctet};
@@ -46,8 +46,6 @@ const FEW_RAYS: u32 = 4;
 
 /// Rays, and what is known of them.
 pub struct RayPacket<Q> {
-    /// The number of the first.
-    pub first: usize,
     /// As they were prepared.
     pub octets: [RayOctet; OCTETS],
     /// What they come to next.
@@ -55,6 +53,8 @@ pub struct RayPacket<Q> {
     hits: PacketHits,
     /// What they may need to decide exactly.
     states: Vec<ExactState<Q>>,
+    /// What double precision is to have a look at.
+    open_pairs: OpenPairs,
     /// Beyond this no ray matters.
     limit: f32,
 }
@@ -86,13 +86,19 @@ impl<Q: Query> RayPacket<Q> {
     /// Room for rays in a tree whose walks need so much of a stack.
     pub fn new(max_stack_size: usize) -> RayPacket<Q> {
         RayPacket {
-            first: 0,
             octets: std::array::from_fn(|_| RayOctet::none()),
             stack: PacketStack::new(max_stack_size),
             hits: PacketHits::new(),
             states: (0..RAYS).map(|_| ExactState::new()).collect(),
+            open_pairs: OpenPairs::none(),
             limit: 0.0,
         }
+    }
+
+    /// The number of a ray in the batch.
+    #[inline(always)]
+    fn number(&self, ray: usize) -> usize {
+        self.octets[ray / LANES].first + ray % LANES
     }
 
     /// Hands a ray over to a walk of its own, with what it may need to decide.
@@ -107,7 +113,7 @@ impl<Q: Query> RayPacket<Q> {
         let (octet, lane) = (number / LANES, number % LANES);
         self.octets[octet].write_rays(simd);
         let (traversal, parameter) = self.octets[octet].lane(lane);
-        ray.restart(simd, self.first + number, traversal, parameter);
+        ray.restart(simd, self.number(number), traversal, parameter);
         ray.traversal.limit = self.hits.limits[octet][lane];
         ray.nearest = self.hits.nearest(octet, lane);
         if self.hits.decided >> number & 1 == 1 {
@@ -243,6 +249,7 @@ impl<Q: Query> Job for PacketJob<'_, '_, Q> {
                 alive &= !packet.visit_leaf(simd, cast, &bounds, &part, place.index(), mask);
             }
         }
+        alive &= !packet.decide_open(simd, cast);
         if packet.stack.is_empty() {
             alive = 0;
         }
