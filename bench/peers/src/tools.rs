@@ -6,9 +6,10 @@ use rayon::prelude::*;
 use serde_json::{Value, json};
 
 use crate::clock::Clock;
-use crate::embree::{self, ALL_PACKETS, Embree, Quality, SingleMesh};
+use crate::embree::{self, Embree, Quality, SingleMesh};
 use crate::memory::peak_of;
 use crate::obvhs_peer::{Obvhs, Tree};
+use crate::packets::ALL_PACKETS;
 
 /// Rays of one task of a rival; halfline divides a batch by itself.
 const PART: usize = 4096;
@@ -171,7 +172,7 @@ pub fn ways<'a>(tool: &'a Tool) -> Vec<Way<'a>> {
         }],
         Tool::Embree { scene, quality, is_robust } => ALL_PACKETS
             .map(|packets| Way {
-                name: format!("{quality:?} {packets:?}"),
+                name: format!("{quality:?} {packets}"),
                 kind: if *is_robust { Kind::RobustEmbree } else { Kind::Embree },
                 intersect: in_parts(move |rays, hits| scene.intersect(packets, rays, hits)),
                 occluded: in_parts(move |rays, flags| scene.occluded(packets, rays, flags)),
