@@ -4,7 +4,7 @@ Run by `make bench-embree`. Embree is the library inside PyPI's embreex wheel, c
 interface by the program in bench/peers, in every configuration: medium and high quality, single
 rays and packets of 4, 8 and 16 with either flag, robust or not. Each cell is held against the best
 of those that are not robust, though halfline is. obvhs, a tree library from crates.io, is asked as
-well, with both of its trees.
+well, and tinybvh where there are a C++ compiler and AVX2, each with two trees.
 
 With HALFLINE_SIMD=avx2 in the environment, both halfline and Embree keep to AVX2.
 
@@ -36,6 +36,7 @@ from common.embree_program import (
     HALFLINE,
     OBVHS,
     ROBUST,
+    TINYBVH,
     Build,
     Cell,
     Program,
@@ -86,6 +87,7 @@ def figures(
         "embree_spread": theirs.spread,
         "embree_robust": cell.rate(ROBUST),
         "obvhs": cell.rate(OBVHS),
+        "tinybvh": cell.rate(TINYBVH),
         "ratio": theirs.seconds / ours.seconds,
         "agreement": cell.agreement,
         **{name: work[name] for name in COUNTS},
@@ -104,7 +106,10 @@ def rate_and_spread(cell: dict[str, Any], tool: str) -> str:
 
 def print_cells(title: str, cells: list[dict[str, Any]], single: list[dict[str, Any]]) -> None:
     """The cells of a mesh; those of several threads beside those of one."""
-    rows = [["Mrays/s", "halfline", "Embree", "ratio", "Embree's best", "robust", "obvhs"]]
+    rows = [
+        ["Mrays/s", "halfline", "Embree", "ratio", "Embree's best", "robust", "obvhs", "tinybvh"]
+    ]
+
     if single:
         rows[0] += ["halfline / 1 thread", "Embree / 1 thread"]
     else:
@@ -112,7 +117,7 @@ def print_cells(title: str, cells: list[dict[str, Any]], single: list[dict[str, 
     for index, cell in enumerate(cells):
         row = [cell["rays"], *(rate_and_spread(cell, tool) for tool in ("halfline", "embree"))]
         row += [number(cell["ratio"]), cell["embree_config"]]
-        row += [number(cell["embree_robust"]), number(cell["obvhs"])]
+        row += [number(cell[tool]) for tool in ("embree_robust", "obvhs", "tinybvh")]
         if single:
             row += [number(cell[tool] / single[index][tool]) for tool in ("halfline", "embree")]
         else:
@@ -162,6 +167,8 @@ def print_machine(launch: dict[str, Any]) -> None:
     sets = launch["instruction_sets"]
     print(f"\nProcessor: {launch['processor'] or 'not told'}.")
     print(f"Instruction sets: halfline {sets['halfline']}, Embree {told} {sets['embree']}.")
+    others = [build["tool"] for build in launch["builds"][1:]]
+    print(f"Rivals: {'; '.join(others)}.")
 
 
 def print_end(threads: int, cells: list[dict[str, Any]]) -> None:
@@ -176,10 +183,19 @@ def print_end(threads: int, cells: list[dict[str, Any]]) -> None:
     print(f"  mean {mean(every):.2f}, geometric mean {geometric_mean(every):.2f} ({means})")
     print(f"  {sum(ratio < 1.0 for ratio in every)} of {len(every)} cells below 1.0")
     print(f"  worst cell {worst['mesh']} {worst['rays']}, {worst['ratio']:.2f}")
-    for name, rival in (("robust Embree", "embree_robust"), ("obvhs", "obvhs")):
+    for name, rival in (
+        ("robust Embree", "embree_robust"),
+        ("obvhs", "obvhs"),
+        ("tinybvh", "tinybvh"),
+    ):
         ratios = {
-            f"{cell['mesh']} {cell['rays']}": cell["halfline"] / cell[rival] for cell in cells
+            f"{cell['mesh']} {cell['rays']}": cell["halfline"] / cell[rival]
+            for cell in cells
+            if cell[rival] is not None
         }
+        if not ratios:
+            print(f"  / {name}: not asked")
+            continue
         least = min(ratios, key=lambda cell: ratios[cell])
         typical = geometric_mean(list(ratios.values()))
         print(f"  / {name}: geometric mean {typical:.2f}, worst cell {least}, {ratios[least]:.2f}")
@@ -235,7 +251,9 @@ def compare(options: argparse.Namespace) -> None:
     print_machine(launches[options.meshes[0], first][0])
     turns = options.launches * options.rounds
     print(f"\nRates are medians of {turns} turns ± half of the distance between quickest and")
-    print("slowest; robust is Embree's best robust way, obvhs the quicker of its trees.")
+    print(
+        "slowest; robust is Embree's best robust way, obvhs and tinybvh the quicker of their trees."
+    )
     cells: dict[int, list[dict[str, Any]]] = {threads: [] for threads in options.threads}
     for mesh, triangles in sizes.items():
         work = {cell.rays: cell.work for cell in cells_of(launches[mesh, first])}

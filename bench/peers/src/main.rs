@@ -6,7 +6,8 @@
 //! MESH is a file, or `scan:1000` for a generated mesh of so many triangles. An array of 32-byte
 //! rays goes in, and an array of t and face, or of booleans, that was written to before comes out,
 //! inside of what is timed. Embree is taken in every configuration (quality, robust or not, single
-//! rays or packets of 4, 8 or 16). obvhs, a Rust crate, is asked too. Where HALFLINE_SIMD forces an
+//! rays or packets of 4, 8 or 16). obvhs, a Rust crate, is asked too,
+//! and tinybvh if the feature `tinybvh` is on. Where HALFLINE_SIMD forces an
 //! instruction set upon halfline, Embree uses the same.
 //!
 //! All times go to OUT.json as they are; `peers.py` puts those of several launches together.
@@ -19,6 +20,8 @@ mod memory;
 mod obvhs_peer;
 mod packets;
 mod rays;
+#[cfg(feature = "tinybvh")]
+mod tinybvh_peer;
 mod tools;
 mod transpose;
 
