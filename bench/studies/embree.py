@@ -2,9 +2,11 @@
 
 Run by `make bench-embree`. Embree is the library inside PyPI's embreex wheel, called through its C
 interface by the program in bench/peers, in every configuration: medium and high quality, single
-rays and packets of 16 with either flag, robust or not. Each cell is held against the best of those
-that are not robust, though halfline is. obvhs, a tree library from crates.io, is asked as well,
-with both of its trees.
+rays and packets of 4, 8 and 16 with either flag, robust or not. Each cell is held against the best
+of those that are not robust, though halfline is. obvhs, a tree library from crates.io, is asked as
+well, and tinybvh where there are a C++ compiler and AVX2, each with two trees.
+
+With HALFLINE_SIMD=avx2 in the environment, both halfline and Embree keep to AVX2.
 
 The tools take turns within one process, and the process is launched several times: printed are
 medians over all turns, and how far they lie apart. One thread is pinned to a core and measured in
@@ -24,7 +26,7 @@ import sys
 import time
 from dataclasses import asdict
 from pathlib import Path
-from statistics import median
+from statistics import mean, median
 from typing import Any
 
 import charts.embree
@@ -34,6 +36,7 @@ from common.embree_program import (
     HALFLINE,
     OBVHS,
     ROBUST,
+    TINYBVH,
     Build,
     Cell,
     Program,
@@ -64,15 +67,19 @@ def prepare(halfline: Path, mesh: str) -> Path:
     return path
 
 
-def figures(mesh: str, threads: int, cell: Cell, work: dict[str, float]) -> dict[str, Any]:
-    """A cell as embree.json holds it; rates are Mrays/s."""
+def figures(
+    mesh: str, launch: dict[str, Any], cell: Cell, work: dict[str, float]
+) -> dict[str, Any]:
+    """A cell as embree.json holds it; rates are Mrays/s. Any of its launches tells the machine."""
     ours, theirs = cell.best(HALFLINE), cell.best(EMBREE)
     assert ours is not None
     assert theirs is not None
     return {
         "mesh": mesh,
         "rays": cell.rays,
-        "threads": threads,
+        "threads": launch["threads"],
+        "processor": launch["processor"],
+        "instruction_sets": launch["instruction_sets"],
         "halfline": cell.rate(HALFLINE),
         "halfline_spread": ours.spread,
         "embree": cell.rate(EMBREE),
@@ -80,6 +87,7 @@ def figures(mesh: str, threads: int, cell: Cell, work: dict[str, float]) -> dict
         "embree_spread": theirs.spread,
         "embree_robust": cell.rate(ROBUST),
         "obvhs": cell.rate(OBVHS),
+        "tinybvh": cell.rate(TINYBVH),
         "ratio": theirs.seconds / ours.seconds,
         "agreement": cell.agreement,
         **{name: work[name] for name in COUNTS},
@@ -98,7 +106,10 @@ def rate_and_spread(cell: dict[str, Any], tool: str) -> str:
 
 def print_cells(title: str, cells: list[dict[str, Any]], single: list[dict[str, Any]]) -> None:
     """The cells of a mesh; those of several threads beside those of one."""
-    rows = [["Mrays/s", "halfline", "Embree", "ratio", "Embree's best", "robust", "obvhs"]]
+    rows = [
+        ["Mrays/s", "halfline", "Embree", "ratio", "Embree's best", "robust", "obvhs", "tinybvh"]
+    ]
+
     if single:
         rows[0] += ["halfline / 1 thread", "Embree / 1 thread"]
     else:
@@ -106,7 +117,7 @@ def print_cells(title: str, cells: list[dict[str, Any]], single: list[dict[str, 
     for index, cell in enumerate(cells):
         row = [cell["rays"], *(rate_and_spread(cell, tool) for tool in ("halfline", "embree"))]
         row += [number(cell["ratio"]), cell["embree_config"]]
-        row += [number(cell["embree_robust"]), number(cell["obvhs"])]
+        row += [number(cell[tool]) for tool in ("embree_robust", "obvhs", "tinybvh")]
         if single:
             row += [number(cell[tool] / single[index][tool]) for tool in ("halfline", "embree")]
         else:
@@ -149,23 +160,45 @@ def geometric_mean(values: list[float]) -> float:
     return math.exp(sum(map(math.log, values)) / len(values))
 
 
+def print_machine(launch: dict[str, Any]) -> None:
+    """What it all ran on."""
+    version = int(launch["embree_version"])
+    told = ".".join(str(version // place % 100) for place in (10000, 100, 1))
+    sets = launch["instruction_sets"]
+    print(f"\nProcessor: {launch['processor'] or 'not told'}.")
+    print(f"Instruction sets: halfline {sets['halfline']}, Embree {told} {sets['embree']}.")
+    others = [build["tool"] for build in launch["builds"][1:]]
+    print(f"Rivals: {'; '.join(others)}.")
+
+
 def print_end(threads: int, cells: list[dict[str, Any]]) -> None:
     """How halfline stands against everyone, all cells together."""
+    every = [float(cell["ratio"]) for cell in cells]
     by_mesh: dict[str, list[float]] = {}
     for cell in cells:
         by_mesh.setdefault(cell["mesh"], []).append(cell["ratio"])
     worst = min(cells, key=lambda cell: float(cell["ratio"]))
     means = ", ".join(f"{mesh} {geometric_mean(ratios):.2f}" for mesh, ratios in by_mesh.items())
     print(f"\n{counted(threads, 'thread')}, halfline / Embree's best that is not robust:")
-    print(f"  geometric mean {geometric_mean([cell['ratio'] for cell in cells]):.2f} ({means})")
+    print(f"  mean {mean(every):.2f}, geometric mean {geometric_mean(every):.2f} ({means})")
+    print(f"  {sum(ratio < 1.0 for ratio in every)} of {len(every)} cells below 1.0")
     print(f"  worst cell {worst['mesh']} {worst['rays']}, {worst['ratio']:.2f}")
-    for name, rival in (("robust Embree", "embree_robust"), ("obvhs", "obvhs")):
+    for name, rival in (
+        ("robust Embree", "embree_robust"),
+        ("obvhs", "obvhs"),
+        ("tinybvh", "tinybvh"),
+    ):
         ratios = {
-            f"{cell['mesh']} {cell['rays']}": cell["halfline"] / cell[rival] for cell in cells
+            f"{cell['mesh']} {cell['rays']}": cell["halfline"] / cell[rival]
+            for cell in cells
+            if cell[rival] is not None
         }
+        if not ratios:
+            print(f"  / {name}: not asked")
+            continue
         least = min(ratios, key=lambda cell: ratios[cell])
-        mean = geometric_mean(list(ratios.values()))
-        print(f"  / {name}: geometric mean {mean:.2f}, worst cell {least}, {ratios[least]:.2f}")
+        typical = geometric_mean(list(ratios.values()))
+        print(f"  / {name}: geometric mean {typical:.2f}, worst cell {least}, {ratios[least]:.2f}")
 
 
 def print_scaling(
@@ -215,15 +248,18 @@ def compare(options: argparse.Namespace) -> None:
 
     first = options.threads[0]
     sizes = {mesh: int(launches[mesh, first][0]["triangles"]) for mesh in paths}
+    print_machine(launches[options.meshes[0], first][0])
     turns = options.launches * options.rounds
     print(f"\nRates are medians of {turns} turns ± half of the distance between quickest and")
-    print("slowest; robust is Embree's best robust way, obvhs the quicker of its trees.")
+    print(
+        "slowest; robust is Embree's best robust way, obvhs and tinybvh the quicker of their trees."
+    )
     cells: dict[int, list[dict[str, Any]]] = {threads: [] for threads in options.threads}
     for mesh, triangles in sizes.items():
         work = {cell.rays: cell.work for cell in cells_of(launches[mesh, first])}
         for threads in options.threads:
             found = [
-                figures(mesh, threads, cell, work[cell.rays])
+                figures(mesh, launches[mesh, threads][0], cell, work[cell.rays])
                 for cell in cells_of(launches[mesh, threads])
             ]
             single = (

@@ -8,12 +8,10 @@ use std::path::Path;
 use std::sync::atomic::{AtomicIsize, Ordering::Relaxed};
 
 use halfline::mesh::Positions;
-use halfline::{HitF32, Mesh, RayF32};
+use halfline::{HitF32, Level, Mesh, RayF32};
 use libloading::{Library, Symbol};
 
-use crate::transpose::{FAR, Rows, has_wide_registers, one_by_one, transpose};
-
-type Handle = *mut c_void;
+use crate::packets::{CastPacket, CastSingle, Casts, Handle, Packets, cast};
 
 const GEOMETRY_TRIANGLE: u32 = 0;
 const BUFFER_INDEX: u32 = 0;
@@ -21,7 +19,9 @@ const BUFFER_VERTEX: u32 = 1;
 const FORMAT_UINT3: u32 = 0x5003;
 const FORMAT_FLOAT3: u32 = 0x9003;
 const SCENE_ROBUST: u32 = 4;
-const INVALID: u32 = u32::MAX;
+const PROPERTY_VERSION: u32 = 0;
+const PROPERTY_NATIVE_8: u32 = 33;
+const PROPERTY_NATIVE_16: u32 = 34;
 
 /// How good a tree Embree builds.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -29,84 +29,6 @@ pub enum Quality {
     Medium = 1,
     High = 2,
 }
-
-/// How rays are handed over.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub enum Packets {
-    Single,
-    Incoherent16,
-    Coherent16,
-}
-
-pub const ALL_PACKETS: [Packets; 3] = [Packets::Single, Packets::Incoherent16, Packets::Coherent16];
-
-/// `RTCIntersectArguments` and `RTCOccludedArguments`, which are the same, and room for what later
-/// versions append.
-#[repr(C)]
-struct Arguments {
-    flags: u32,
-    feature_mask: u32,
-    context: *mut c_void,
-    filter: *mut c_void,
-    intersect: *mut c_void,
-    later: [usize; 4],
-}
-
-impl Arguments {
-    fn new(packets: Packets) -> Arguments {
-        let flags = if packets == Packets::Coherent16 { 1 << 16 } else { 0 };
-        let null = std::ptr::null_mut();
-        Arguments {
-            flags,
-            feature_mask: u32::MAX,
-            context: null,
-            filter: null,
-            intersect: null,
-            later: [0; 4],
-        }
-    }
-}
-
-/// `RTCRayHit`, and room for optional fields at its end.
-#[repr(C, align(16))]
-#[derive(Clone, Copy)]
-struct RayHit {
-    origin: [f32; 3],
-    near: f32,
-    direction: [f32; 3],
-    time: f32,
-    far: f32,
-    mask: u32,
-    id: u32,
-    flags: u32,
-    normal: [f32; 3],
-    u: f32,
-    v: f32,
-    primitive: u32,
-    geometry: u32,
-    instance: u32,
-    later: [u32; 8],
-}
-
-/// `RTCRayHit16`.
-#[repr(C, align(64))]
-#[derive(Clone, Copy)]
-struct RayHit16 {
-    rays: Rows,
-    mask: [u32; 16],
-    id: [u32; 16],
-    flags: [u32; 16],
-    normal: [[f32; 16]; 3],
-    u: [f32; 16],
-    v: [f32; 16],
-    primitive: [u32; 16],
-    geometry: [u32; 16],
-    instance: [u32; 16],
-    later: [[u32; 16]; 4],
-}
-
-type Cast1 = unsafe extern "C" fn(Handle, *mut RayHit, *mut Arguments);
-type Cast16 = unsafe extern "C" fn(*const i32, Handle, *mut RayHit16, *mut Arguments);
 
 /// What a device holds in bytes, and the most that it held.
 #[derive(Default)]
@@ -130,24 +52,35 @@ unsafe extern "C" fn monitor(memory: *mut c_void, bytes: isize, _: bool) -> bool
 /// The library.
 pub struct Embree {
     library: Library,
-    intersect1: Cast1,
-    occluded1: Cast1,
-    intersect16: Cast16,
-    occluded16: Cast16,
+    intersect: Casts,
+    occluded: Casts,
+    /// The one instruction set that it shall use, if halfline's is forced.
+    forced: Option<&'static str>,
 }
 
 impl Embree {
-    pub fn open(path: &Path) -> Result<Embree, libloading::Error> {
+    /// Opens the library. `forced` is the instruction set that halfline was told to use; Embree
+    /// keeps to the same.
+    pub fn open(path: &Path, forced: Option<Level>) -> Result<Embree, libloading::Error> {
+        let forced = forced.and_then(|level| match level.name() {
+            "scalar" if cfg!(target_arch = "x86_64") => Some("sse2"),
+            "scalar" => None,
+            name => Some(name),
+        });
         // SAFETY: the library is Embree, which has no initialisers that could do harm, and its
         // functions have the types of its headers.
         unsafe {
             let library = Library::new(path)?;
-            let symbol1 = |name: &str| -> Result<Cast1, _> { Ok(*library.get(name.as_bytes())?) };
-            let symbol16 = |name: &str| -> Result<Cast16, _> { Ok(*library.get(name.as_bytes())?) };
-            let (intersect1, occluded1) = (symbol1("rtcIntersect1")?, symbol1("rtcOccluded1")?);
-            let (intersect16, occluded16) =
-                (symbol16("rtcIntersect16")?, symbol16("rtcOccluded16")?);
-            Ok(Embree { library, intersect1, occluded1, intersect16, occluded16 })
+            let casts = |what: &str| -> Result<Casts, libloading::Error> {
+                let name = |width: usize| format!("rtc{what}{width}");
+                let four: Symbol<CastPacket<4>> = library.get(name(4).as_bytes())?;
+                let eight: Symbol<CastPacket<8>> = library.get(name(8).as_bytes())?;
+                let sixteen: Symbol<CastPacket<16>> = library.get(name(16).as_bytes())?;
+                let single: Symbol<CastSingle> = library.get(name(1).as_bytes())?;
+                Ok(Casts { single: *single, four: *four, eight: *eight, sixteen: *sixteen })
+            };
+            let (intersect, occluded) = (casts("Intersect")?, casts("Occluded")?);
+            Ok(Embree { library, intersect, occluded, forced })
         }
     }
 
@@ -157,18 +90,38 @@ impl Embree {
     }
 
     /// The version, as 40400 for 4.4.0.
-    pub fn version(&self) -> i64 {
+    pub fn version(&self) -> isize {
+        self.property(PROPERTY_VERSION)
+    }
+
+    /// The instruction set that it uses, by the widest packets that are native to it.
+    pub fn instruction_set(&self) -> &'static str {
+        if !cfg!(target_arch = "x86_64") {
+            "neon"
+        } else if self.property(PROPERTY_NATIVE_16) != 0 {
+            "avx512"
+        } else if self.property(PROPERTY_NATIVE_8) == 0 {
+            "sse"
+        } else if Level::available().iter().any(|level| level.name() == "avx2") {
+            "avx2"
+        } else {
+            "avx"
+        }
+    }
+
+    fn property(&self, number: u32) -> isize {
         let device = self.device(1);
-        // SAFETY: types as in the headers; property 0 is the version.
+        // SAFETY: types as in the headers.
         unsafe {
             let property: Symbol<unsafe extern "C" fn(Handle, u32) -> isize> =
                 self.function("rtcGetDeviceProperty");
-            property(device, 0) as i64
+            property(device, number)
         }
     }
 
     fn device(&self, threads: usize) -> Handle {
-        let configuration = format!("threads={threads},set_affinity=0,hugepages=1\0");
+        let isa = self.forced.map(|name| format!(",isa={name}")).unwrap_or_default();
+        let configuration = format!("threads={threads},set_affinity=0,hugepages=1{isa}\0");
         // SAFETY: types as in the headers; the string ends with a zero.
         unsafe {
             let new: Symbol<unsafe extern "C" fn(*const c_char) -> Handle> =
@@ -290,96 +243,13 @@ impl Scene<'_> {
 
     /// The closest hit of each ray.
     pub fn intersect(&self, packets: Packets, rays: &[RayF32], hits: &mut [HitF32]) {
-        if packets == Packets::Single {
-            let mut arguments = Arguments::new(packets);
-            for (ray, hit) in rays.iter().zip(hits) {
-                let mut query = single(ray);
-                // SAFETY: types as in the headers.
-                unsafe { (self.embree.intersect1)(self.scene, &mut query, &mut arguments) };
-                let is_hit = query.geometry != INVALID;
-                hit.t = if is_hit { query.far } else { f32::INFINITY };
-                hit.face = query.primitive;
-            }
-            return;
-        }
-        self.in_packets(packets, rays, self.embree.intersect16, |query, first, count| {
-            for (lane, hit) in hits[first..first + count].iter_mut().enumerate() {
-                let is_hit = query.geometry[lane] != INVALID;
-                hit.t = if is_hit { query.rays[FAR][lane] } else { f32::INFINITY };
-                hit.face = query.primitive[lane];
-            }
-        });
+        // SAFETY: the functions are for closest hits, and the scene is committed.
+        unsafe { cast(&self.embree.intersect, packets, self.scene, rays, hits) };
     }
 
     /// Whether each ray hits anything.
-    pub fn occluded(&self, packets: Packets, rays: &[RayF32], hits: &mut [bool]) {
-        if packets == Packets::Single {
-            let mut arguments = Arguments::new(packets);
-            for (ray, hit) in rays.iter().zip(hits) {
-                let mut query = single(ray);
-                // SAFETY: types as in the headers; a ray is where a ray and hit begins.
-                unsafe { (self.embree.occluded1)(self.scene, &mut query, &mut arguments) };
-                *hit = query.far < 0.0;
-            }
-            return;
-        }
-        self.in_packets(packets, rays, self.embree.occluded16, |query, first, count| {
-            for (lane, hit) in hits[first..first + count].iter_mut().enumerate() {
-                *hit = query.rays[FAR][lane] < 0.0;
-            }
-        });
-    }
-
-    fn in_packets(
-        &self,
-        packets: Packets,
-        rays: &[RayF32],
-        cast: Cast16,
-        mut take: impl FnMut(&RayHit16, usize, usize),
-    ) {
-        let mut arguments = Arguments::new(packets);
-        let is_wide = has_wide_registers();
-        // SAFETY: plain numbers, for which zeros are valid.
-        let mut query: RayHit16 = unsafe { std::mem::zeroed() };
-        query.mask = [u32::MAX; 16];
-        let mut valid = Aligned([-1; 16]);
-        for (number, rays) in rays.chunks(16).enumerate() {
-            if let Ok(rays) = rays.try_into() {
-                transpose(rays, &mut query.rays, is_wide);
-            } else {
-                one_by_one(rays, &mut query.rays);
-                valid.0[rays.len()..].fill(0);
-            }
-            query.geometry = [INVALID; 16];
-            query.primitive = [INVALID; 16];
-            query.instance = [INVALID; 16];
-            // SAFETY: types as in the headers, aligned as they demand.
-            unsafe { cast(valid.0.as_ptr(), self.scene, &mut query, &mut arguments) };
-            take(&query, number * 16, rays.len());
-        }
-    }
-}
-
-#[repr(align(64))]
-struct Aligned([i32; 16]);
-
-#[inline(always)]
-fn single(ray: &RayF32) -> RayHit {
-    RayHit {
-        origin: ray.origin,
-        near: ray.t_min,
-        direction: ray.direction,
-        time: 0.0,
-        far: ray.t_max,
-        mask: u32::MAX,
-        id: 0,
-        flags: 0,
-        normal: [0.0; 3],
-        u: 0.0,
-        v: 0.0,
-        primitive: INVALID,
-        geometry: INVALID,
-        instance: INVALID,
-        later: [INVALID; 8],
+    pub fn occluded(&self, packets: Packets, rays: &[RayF32], flags: &mut [bool]) {
+        // SAFETY: the functions are for any hits, and the scene is committed.
+        unsafe { cast(&self.embree.occluded, packets, self.scene, rays, flags) };
     }
 }

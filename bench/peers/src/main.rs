@@ -5,8 +5,10 @@
 //!
 //! MESH is a file, or `scan:1000` for a generated mesh of so many triangles. An array of 32-byte
 //! rays goes in, and an array of t and face, or of booleans, that was written to before comes out,
-//! inside of what is timed. Embree is taken in every configuration (quality, robust or not,
-//! packets). obvhs, a Rust crate, is asked too.
+//! inside of what is timed. Embree is taken in every configuration (quality, robust or not, single
+//! rays or packets of 4, 8 or 16). obvhs, a Rust crate, is asked too,
+//! and tinybvh if the feature `tinybvh` is on. Where HALFLINE_SIMD forces an
+//! instruction set upon halfline, Embree uses the same.
 //!
 //! All times go to OUT.json as they are; `peers.py` puts those of several launches together.
 //! Without rivals, halfline's rates are printed, in doubles too: for work on the engine.
@@ -16,7 +18,10 @@ mod embree;
 mod measure;
 mod memory;
 mod obvhs_peer;
+mod packets;
 mod rays;
+#[cfg(feature = "tinybvh")]
+mod tinybvh_peer;
 mod tools;
 mod transpose;
 
@@ -24,6 +29,7 @@ use std::path::Path;
 
 use clock::Clock;
 use embree::Embree;
+use halfline::Level;
 use measure::Plan;
 use tools::Rivals;
 
@@ -61,7 +67,10 @@ fn run() -> Result<(), String> {
             _ => meshes.push((name.to_string(), value.to_string())),
         }
     }
-    let embree = Embree::open(Path::new(&library)).map_err(|error| error.to_string())?;
+    let level = Level::chosen().map_err(|error| error.to_string())?;
+    let is_forced = std::env::var_os("HALFLINE_SIMD").is_some_and(|value| !value.is_empty());
+    let embree = Embree::open(Path::new(&library), is_forced.then_some(level))
+        .map_err(|error| error.to_string())?;
     rayon::ThreadPoolBuilder::new()
         .num_threads(plan.threads)
         .build_global()
@@ -71,10 +80,19 @@ fn run() -> Result<(), String> {
         measured.push(measure::measure(name, mesh, &embree, &plan)?);
     }
     let answer = serde_json::json!({
+        "processor": processor(),
+        "instruction_sets": { "halfline": level.name(), "embree": embree.instruction_set() },
         "embree_version": embree.version(),
         "threads": plan.threads,
         "clock": Clock::of(plan.threads).name(),
         "meshes": measured,
     });
     std::fs::write(&out, format!("{answer:#}\n")).map_err(|error| format!("{out}: {error}"))
+}
+
+/// What the processor calls itself, where Linux tells.
+fn processor() -> Option<String> {
+    let told = std::fs::read_to_string("/proc/cpuinfo").ok()?;
+    let line = told.lines().find(|line| line.starts_with("model name"))?;
+    Some(line.split_once(':')?.1.trim().to_string())
 }

@@ -205,7 +205,7 @@ fn print_alone(kind: &Rays, scene: &Scene, seconds: &[f64], clock: Clock) {
         seconds.sort_by(f64::total_cmp);
         kind.rays.len() as f64 / seconds[seconds.len() / 2] / 1e6
     };
-    print!("{:9} {:7.2} Mrays/s", kind.name, rate(seconds));
+    print!("{:15} {:7.2} Mrays/s", kind.name, rate(seconds));
     if !kind.is_any {
         let rays: Vec<Ray> = kind.rays.iter().map(|&ray| ray.into()).collect();
         let turns = seconds.iter().map(|_| clock.time(|| black_box(scene.intersect(&rays))).0);

@@ -1,9 +1,13 @@
 //! The rays: what a renderer or a measurement would send.
 
+use halfline::numeric::SurfacePoint;
 use halfline::{Ray, RayF32, Scene, Vec3};
 
 /// Pixels along a side of a tile of the picture.
 const TILE: usize = 8;
+
+/// Rays of a bundle that starts at one point of a surface.
+const BUNDLE: usize = 8;
 
 /// Rays of one kind.
 pub struct Rays {
@@ -42,6 +46,23 @@ fn ray(origin: Vec3, direction: Vec3, t_max: f64) -> RayF32 {
     RayF32 { origin: single(origin), t_min: 0.0, direction: single(direction), t_max: t_max as f32 }
 }
 
+/// A ray that starts on a surface, at the origin that halfline offers. Rounded to single precision,
+/// each coordinate goes away from the surface, so that the origin stays on its side.
+fn ray_from(surface: &SurfacePoint, direction: Vec3, t_max: f64) -> RayF32 {
+    let exact = surface.origin_towards(direction);
+    let side = surface.normal.dot(direction);
+    let mut ray = ray(exact, direction, t_max);
+    for (axis, rounded) in ray.origin.iter_mut().enumerate() {
+        let outward = side * surface.normal[axis];
+        if outward > 0.0 && f64::from(*rounded) < exact[axis] {
+            *rounded = rounded.next_up();
+        } else if outward < 0.0 && f64::from(*rounded) > exact[axis] {
+            *rounded = rounded.next_down();
+        }
+    }
+    ray
+}
+
 /// All kinds of rays for a scene, at most `most` of each (but a tile of them if that is more).
 pub fn for_scene(scene: &Scene, is_room: bool, most: usize) -> Vec<Rays> {
     let bounds = scene.mesh().bounds();
@@ -74,14 +95,18 @@ pub fn for_scene(scene: &Scene, is_room: bool, most: usize) -> Vec<Rays> {
         }
     }
 
-    // From where they hit: towards a light, to near by, and anywhere.
+    // From where they hit: towards a light, to near by, and anywhere. Most start off the surface by
+    // a share of the scene's size, as renderers in single precision have it; those of `surface` and
+    // `surface_closest` start on it, next to the face that they leave.
     let light = if is_room {
         center + Vec3::from([0.1 * extent.x, 0.05 * extent.y, 0.35 * extent.z])
     } else {
         center + (towards + right * 0.8 + up * 0.9).normalized() * (1.5 * size)
     };
     let hits = scene.intersect(&primary.iter().map(|&ray| Ray::from(ray)).collect::<Vec<_>>());
-    let (mut shadow, mut ambient, mut diffuse) = (Vec::new(), Vec::new(), Vec::new());
+    let near = 0.1 * size;
+    let [mut shadow, mut ambient, mut bundles, mut diffuse] = [const { Vec::new() }; 4];
+    let [mut surface, mut surface_closest] = [const { Vec::new() }; 2];
     for (primary, hit) in primary.iter().zip(&hits).filter(|(_, hit)| hit.is_hit()) {
         let primary = Ray::from(*primary);
         let [a, b, c] = scene.mesh().corners(hit.face);
@@ -90,9 +115,15 @@ pub fn for_scene(scene: &Scene, is_room: bool, most: usize) -> Vec<Rays> {
         let at = primary.at(hit.t) + normal * (2e-5 * size);
         shadow.push(ray(at, light - at, 1.0));
         let mut hemisphere = || (normal + random.direction() * 0.999).normalized();
-        diffuse.push(ray(at, hemisphere(), f64::INFINITY));
-        if ambient.len() < most {
-            ambient.extend((0..8).map(|_| ray(at, hemisphere(), 0.1 * size)));
+        let direction = hemisphere();
+        let point = scene.surface_point(hit);
+        ambient.push(ray(at, direction, near));
+        diffuse.push(ray(at, direction, f64::INFINITY));
+        surface_closest.push(ray_from(&point, direction, f64::INFINITY));
+        if bundles.len() < most {
+            let directions = [(); BUNDLE].map(|()| hemisphere());
+            bundles.extend(directions.map(|direction| ray(at, direction, near)));
+            surface.extend(directions.map(|direction| ray_from(&point, direction, near)));
         }
     }
     let mut shuffled = diffuse.clone();
@@ -109,7 +140,10 @@ pub fn for_scene(scene: &Scene, is_room: bool, most: usize) -> Vec<Rays> {
         ("primary", primary, false),
         ("shadow", shadow, true),
         ("ao", ambient, true),
+        ("ao8", bundles, true),
+        ("surface", surface, true),
         ("diffuse", diffuse, false),
+        ("surface_closest", surface_closest, false),
         ("shuffled", shuffled, false),
         ("random", chords, false),
     ];

@@ -6,9 +6,12 @@ use rayon::prelude::*;
 use serde_json::{Value, json};
 
 use crate::clock::Clock;
-use crate::embree::{self, ALL_PACKETS, Embree, Quality, SingleMesh};
+use crate::embree::{self, Embree, Quality, SingleMesh};
 use crate::memory::peak_of;
 use crate::obvhs_peer::{Obvhs, Tree};
+use crate::packets::ALL_PACKETS;
+#[cfg(feature = "tinybvh")]
+use crate::tinybvh_peer::{self, TinyBvh};
 
 /// Rays of one task of a rival; halfline divides a batch by itself.
 const PART: usize = 4096;
@@ -36,8 +39,14 @@ impl Rivals {
 /// A tool, ready to be asked.
 pub enum Tool<'a> {
     Halfline(Box<Scene>),
-    Embree { scene: embree::Scene<'a>, quality: Quality, is_robust: bool },
+    Embree {
+        scene: embree::Scene<'a>,
+        quality: Quality,
+        is_robust: bool,
+    },
     Obvhs(Box<Obvhs>),
+    #[cfg(feature = "tinybvh")]
+    TinyBvh(TinyBvh),
 }
 
 /// A built tool, and what its tree cost.
@@ -111,6 +120,16 @@ pub fn rivals<'a>(
             peak_bytes: None,
             tool: Tool::Obvhs(Box::new(trees)),
         });
+        #[cfg(feature = "tinybvh")]
+        if let (seconds, Some(trees)) = clock.time(|| TinyBvh::new(mesh)) {
+            built.push(Built {
+                name: format!("tinybvh {}, both trees", tinybvh_peer::version()),
+                seconds,
+                bytes: None,
+                peak_bytes: None,
+                tool: Tool::TinyBvh(trees),
+            });
+        }
     }
     built
 }
@@ -122,6 +141,8 @@ pub enum Kind {
     Embree,
     RobustEmbree,
     Obvhs,
+    #[cfg(feature = "tinybvh")]
+    TinyBvh,
 }
 
 impl Kind {
@@ -131,6 +152,8 @@ impl Kind {
             Kind::Embree => "embree",
             Kind::RobustEmbree => "embree_robust",
             Kind::Obvhs => "obvhs",
+            #[cfg(feature = "tinybvh")]
+            Kind::TinyBvh => "tinybvh",
         }
     }
 }
@@ -171,7 +194,7 @@ pub fn ways<'a>(tool: &'a Tool) -> Vec<Way<'a>> {
         }],
         Tool::Embree { scene, quality, is_robust } => ALL_PACKETS
             .map(|packets| Way {
-                name: format!("{quality:?} {packets:?}"),
+                name: format!("{quality:?} {packets}"),
                 kind: if *is_robust { Kind::RobustEmbree } else { Kind::Embree },
                 intersect: in_parts(move |rays, hits| scene.intersect(packets, rays, hits)),
                 occluded: in_parts(move |rays, flags| scene.occluded(packets, rays, flags)),
@@ -183,6 +206,15 @@ pub fn ways<'a>(tool: &'a Tool) -> Vec<Way<'a>> {
                 kind: Kind::Obvhs,
                 intersect: in_parts(move |rays, hits| trees.intersect(tree, rays, hits)),
                 occluded: in_parts(move |rays, flags| trees.occluded(tree, rays, flags)),
+            })
+            .into(),
+        #[cfg(feature = "tinybvh")]
+        &Tool::TinyBvh(trees) => [false, true]
+            .map(|is_wide| Way {
+                name: if is_wide { "BVH8_CPU" } else { "BVH4_CPU" }.into(),
+                kind: Kind::TinyBvh,
+                intersect: in_parts(move |rays, hits| trees.intersect(is_wide, rays, hits)),
+                occluded: in_parts(move |rays, flags| trees.occluded(is_wide, rays, flags)),
             })
             .into(),
     }

@@ -1,6 +1,8 @@
 //! A museum hall: what makes architecture hard to trace. Walls and floor are two triangles each,
-//! tens of metres wide; beams and rails are as long and centimetres thin; the fossils on the
-//! plinths and the chandeliers hold most of the triangles, down to a fraction of a millimetre.
+//! tens of metres wide; beams and rails are as long and centimetres thin; hundreds of planks lie in
+//! one plane, beside and upon each other; thousands of books, chairs and rivets stand close together;
+//! the fossils on the plinths and the chandeliers hold most of the triangles, down to a fraction of a
+//! millimetre.
 //!
 //! Units are metres. x runs along the hall, and the floor is z = 0.
 
@@ -12,7 +14,8 @@ use super::View;
 use super::assembly::Assembly;
 use super::cube_sphere::CubeSphere;
 use super::fill::single;
-use super::hall_structure::{Detail, LEVELS, Materials, PLINTHS, build, plinth};
+use super::hall_materials::Materials;
+use super::hall_structure::{Detail, LEVELS, PLINTHS, build, plinth};
 use super::scan::{Surface, scanned};
 use halfline::geometry::random::mix;
 use halfline::progress::SharedProgress;

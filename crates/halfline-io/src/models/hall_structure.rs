@@ -5,18 +5,18 @@ use std::f64::consts::PI;
 
 use halfline::error::Result;
 use halfline::geometry::{Vec3, vec3};
-use halfline::mesh::Material;
 
 use super::assembly::{Assembly, Shape};
+use super::hall_materials::Materials;
 
 /// Half the hall's length, half its width, and the height of its walls.
-const LENGTH: f64 = 22.5;
-const WIDTH: f64 = 10.0;
+pub const LENGTH: f64 = 22.5;
+pub const WIDTH: f64 = 10.0;
 pub const WALL: f64 = 11.6;
 
 /// The nave's columns stand at this distance from the middle, this far from each other.
 pub const NAVE: f64 = 6.5;
-const BAY: f64 = 5.0;
+pub const BAY: f64 = 5.0;
 const COLUMNS: i32 = 9;
 
 /// Lower and upper edge of the windows, and half the width of one.
@@ -24,8 +24,9 @@ const SILL: f64 = 6.6;
 const LINTEL: f64 = 10.6;
 const WINDOW: f64 = 1.7;
 
-/// Height of the galleries' floor.
-const GALLERY: f64 = 5.2;
+/// Height of the galleries' floor, and how far from the middle their edge is.
+pub const GALLERY: f64 = 5.2;
+pub const RAILING: f64 = NAVE + 0.75;
 
 /// Number of exhibits.
 pub const PLINTHS: usize = 10;
@@ -39,57 +40,29 @@ pub struct Detail {
     pub exhibits: bool,
     /// Sides of a column; none without. Arches and the vault's bars have in proportion.
     pub sides: usize,
+    /// Planks on floor and walls, joists, pipes and wires.
+    pub boards: bool,
     /// Sides of a baluster of the galleries' railing; no galleries without.
     pub baluster: usize,
+    /// Books, chairs and rivets.
+    pub furniture: bool,
     /// Meridians of a crystal of the chandeliers; no chandeliers without.
     pub crystal: usize,
 }
 
+const BARE: Detail =
+    Detail { exhibits: false, sides: 0, boards: false, baluster: 0, furniture: false, crystal: 0 };
+
 /// From the barest.
-pub const LEVELS: [Detail; 5] = [
-    Detail { exhibits: false, sides: 0, baluster: 0, crystal: 0 },
-    Detail { exhibits: true, sides: 0, baluster: 0, crystal: 0 },
-    Detail { exhibits: true, sides: 8, baluster: 0, crystal: 0 },
-    Detail { exhibits: true, sides: 16, baluster: 4, crystal: 0 },
-    Detail { exhibits: true, sides: 48, baluster: 10, crystal: 8 },
+pub const LEVELS: [Detail; 7] = [
+    BARE,
+    Detail { exhibits: true, ..BARE },
+    Detail { exhibits: true, sides: 8, ..BARE },
+    Detail { exhibits: true, sides: 8, boards: true, ..BARE },
+    Detail { exhibits: true, sides: 16, boards: true, baluster: 4, ..BARE },
+    Detail { exhibits: true, sides: 16, boards: true, baluster: 4, furniture: true, crystal: 0 },
+    Detail { exhibits: true, sides: 48, boards: true, baluster: 10, furniture: true, crystal: 8 },
 ];
-
-/// Indices of the materials.
-pub struct Materials {
-    /// Of the exhibits.
-    pub fossil: u32,
-    floor: u32,
-    stone: u32,
-    iron: u32,
-    /// Of plain walls, and candles.
-    pub wall: u32,
-    /// Of what shines.
-    pub brass: u32,
-    /// Of what is clear.
-    pub crystal: u32,
-}
-
-impl Materials {
-    /// Adds them to the scene.
-    pub fn new(scene: &mut Assembly) -> Materials {
-        let rough =
-            |r: f32, g: f32, b: f32| Material { base_color: [r, g, b, 1.0], ..Material::default() };
-        let metal = |r, g, b, roughness| Material { metallic: 1.0, roughness, ..rough(r, g, b) };
-        Materials {
-            fossil: scene.material(rough(0.80, 0.70, 0.55)),
-            floor: scene.material(Material { roughness: 0.2, ..rough(0.42, 0.38, 0.34) }),
-            wall: scene.material(rough(0.82, 0.78, 0.70)),
-            stone: scene.material(rough(0.72, 0.68, 0.60)),
-            iron: scene.material(rough(0.16, 0.22, 0.20)),
-            brass: scene.material(metal(0.83, 0.66, 0.32, 0.25)),
-            crystal: scene.material(Material {
-                roughness: 0.0,
-                transmission: 0.9,
-                ..rough(0.95, 0.97, 1.0)
-            }),
-        }
-    }
-}
 
 /// The middle of the top of plinth `index`, and the radius of what stands on it.
 pub fn plinth(index: usize) -> (Vec3, f64) {
@@ -101,6 +74,12 @@ pub fn plinth(index: usize) -> (Vec3, f64) {
 /// Adds the hall.
 pub fn build(scene: &mut Assembly, detail: &Detail, materials: &Materials) -> Result<()> {
     let mut hall = Hall { scene, detail, materials };
+    if detail.boards {
+        hall.floorboards();
+        hall.panelling();
+        hall.joists_and_pipes();
+        hall.wires();
+    }
     hall.shell();
     if detail.exhibits {
         hall.plinths();
@@ -112,6 +91,11 @@ pub fn build(scene: &mut Assembly, detail: &Detail, materials: &Materials) -> Re
     if detail.baluster > 0 {
         hall.galleries();
         hall.window_bars();
+    }
+    if detail.furniture {
+        hall.bookcases();
+        hall.chairs();
+        hall.rivets();
     }
     if detail.crystal > 0 {
         hall.chandeliers();
@@ -130,7 +114,7 @@ pub struct Hall<'a> {
 }
 
 /// The middle of each bay's column.
-fn bays() -> impl Iterator<Item = f64> {
+pub fn bays() -> impl Iterator<Item = f64> {
     (0..COLUMNS).map(|i| BAY * f64::from(i - COLUMNS / 2))
 }
 
@@ -338,7 +322,7 @@ impl Hall<'_> {
         ];
         let baluster = Shape::lathe(&profile, self.detail.baluster);
         for side in [-1.0, 1.0] {
-            let (inner, outer) = (side * (NAVE + 0.75), side * WIDTH);
+            let (inner, outer) = (side * RAILING, side * WIDTH);
             self.scene.block(
                 vec3(-LENGTH, inner.min(outer), GALLERY - 0.25),
                 vec3(LENGTH, inner.max(outer), GALLERY),

@@ -15,7 +15,10 @@ mod echinoid;
 mod fill;
 mod gears;
 mod hall;
+mod hall_boards;
 mod hall_chandelier;
+mod hall_furniture;
+mod hall_materials;
 mod hall_structure;
 mod layers;
 mod mount;
@@ -69,9 +72,10 @@ pub enum Kind {
     /// 2 % of `n`, usually within 0.1 %; below that within its square root (2).
     Terrain,
     /// A museum hall to stand in: walls of two triangles, beams as long as the hall and thin as a
-    /// hand, columns, railings, chandeliers, and finely scanned fossils on plinths. Exactly `n`
-    /// from about 300 triangles up, or one less; below that the next smaller of a few bare halls
-    /// (10).
+    /// hand, hundreds of planks in one plane, columns, railings, thousands of books, chairs and
+    /// rivets, chandeliers, and finely scanned fossils on plinths. Exactly `n` from about 300
+    /// triangles up, or one less; below that the next smaller of a few bare halls (10). Planks come
+    /// with 60,000 triangles, furniture with half a million.
     Hall,
     /// Haines's sphereflake on a floor: a sphere with nine of a third of its size on it, and so
     /// on. From 600 triangles up within 10 % of `n`, usually within 3 % (116).

@@ -290,6 +290,25 @@ fn sizes_in_the_hall_differ_by_a_hundred_thousand() {
     assert!(small > 1_000_000, "{small}");
 }
 
+/// In the planes of the floor, of the long walls and of the aisles' roofs.
+#[test]
+fn planks_in_the_hall_share_planes() {
+    let mesh = made(Kind::Hall, 100_000, 0);
+    let in_plane = |axis: usize, value: f32| {
+        let is_there = |&v: &u32| singles(&mesh)[v as usize][axis] == value;
+        mesh.triangles().iter().filter(|corners| corners.iter().all(is_there)).count()
+    };
+    assert!(in_plane(2, 0.0) > 1600, "{}", in_plane(2, 0.0));
+    assert!(in_plane(1, -10.0) > 600 && in_plane(1, 10.0) > 600);
+    assert!(in_plane(2, 11.6) > 40, "{}", in_plane(2, 11.6));
+}
+
+#[test]
+fn the_furnished_hall_is_the_same_everywhere() {
+    let got = fingerprint(&made(Kind::Hall, 550_000, 7));
+    assert_eq!(got, 0xee4a_af5e_b6b7_bde0, "{got:#x}");
+}
+
 #[test]
 fn views_see_the_mesh() {
     for kind in Kind::ALL {
