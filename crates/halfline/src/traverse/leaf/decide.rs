@@ -2,7 +2,7 @@
 //! precision for eight at once, t correctly rounded, exact arithmetic.
 
 use super::super::cast::Cast;
-use super::super::query::{Query, QueryKind};
+use super::super::query::{Query, QueryKind, Slot};
 use super::{Candidates, ExactState, NearestSoFar, Pairs, ParameterJob};
 use crate::geometry::NO_FACE;
 use crate::intersect::filter_f64::Refined;
@@ -72,17 +72,60 @@ impl Cast<'_> {
                     if face == ray.nearest.face || is_beyond {
                         continue;
                     }
-                    if certain >> lane & 1 == 1 && high < ray.nearest.low {
-                        *ray.nearest =
-                            NearestSoFar { face, low, slot: (index as u32, lane as u32) };
+                    let is_certain = certain >> lane & 1 == 1;
+                    let slot = (index as u32, lane as u32);
+                    if is_certain && high < ray.nearest.low {
+                        *ray.nearest = NearestSoFar { face, low, slot };
                         *ray.limit = high;
                         state.query_has_nearest = false;
+                    } else if is_certain
+                        && ray.nearest.face != NO_FACE
+                        && self.are_in_one_plane(ray.nearest.slot, slot)
+                    {
+                        self.take_lower(ray, state, face, slot);
                     } else {
                         open |= 1 << lane;
                     }
                 }
                 open
             }
+        }
+    }
+
+    /// True if two triangles lie in one plane across an axis, as the boards of a floor do: rays that cross both
+    /// cross them at the same t exactly. Other planes are not looked into.
+    #[inline(always)]
+    pub fn are_in_one_plane(&self, (block, lane): Slot, (other, other_lane): Slot) -> bool {
+        let leaves = &self.target.tree.leaves;
+        let a = &leaves.blocks[block as usize].corners;
+        let b = &leaves.blocks[other as usize].corners;
+        let (i, j) = (lane as usize % LANES, other_lane as usize % LANES);
+        let mut is_one = false;
+        for axis in 0..3 {
+            let height = a[0][axis][i];
+            is_one |= (a[1][axis][i] == height)
+                & (a[2][axis][i] == height)
+                & (b[0][axis][j] == height)
+                & (b[1][axis][j] == height)
+                & (b[2][axis][j] == height);
+        }
+        // Rounded coordinates may be equal where the user's are not.
+        is_one & leaves.are_exact
+    }
+
+    /// Takes a triangle in the plane of the nearest so far: of equal t the lower face counts.
+    #[inline(always)]
+    fn take_lower<Q: Query>(
+        &self,
+        ray: &mut RayCursor,
+        state: &mut ExactState<Q>,
+        face: u32,
+        slot: Slot,
+    ) {
+        if face < ray.nearest.face {
+            // Where it is lies between the same bounds.
+            (ray.nearest.face, ray.nearest.slot) = (face, slot);
+            state.query_has_nearest = false;
         }
     }
 
@@ -177,8 +220,17 @@ impl Cast<'_> {
         (index, lane): (usize, usize),
     ) {
         let query_has_nearest = state.query_has_nearest && ray.nearest.face != NO_FACE;
+        let place = (index as u32, lane as u32);
         let is_decided = match refinement {
             Refinement::Certain => true,
+            Refinement::Tied
+                if ray.nearest.face != NO_FACE
+                    && self.are_in_one_plane(ray.nearest.slot, place) =>
+            {
+                let face = self.target.tree.leaves.blocks[index].faces[lane];
+                self.take_lower(&mut ray, state, face, place);
+                true
+            }
             Refinement::Tied if !query_has_nearest => {
                 self.break_tie(simd, &mut ray, state, (index, lane))
             }

@@ -186,7 +186,18 @@ impl Cast<'_> {
         let tree = self.target.tree;
         let (wide, leaves, frame) = (simd.doubles(), &tree.leaves, &tree.frame);
         let mut corners = [[wide.splat(0.0); 3]; 3];
-        if leaves.are_exact {
+        let is_one = !simd.eq_u32(&pairs.faces, pairs.faces[0]) & pairs.lanes == 0;
+        if is_one & leaves.are_exact {
+            // Neighbours in a picture mostly hit the same face.
+            let block = &leaves.blocks[pairs.blocks[0] as usize].corners;
+            let triangle = pairs.triangles[0] as usize % LANES;
+            for corner in 0..3 {
+                for axis in 0..3 {
+                    let number = frame.to_user(block[corner][axis][triangle], axis);
+                    corners[corner][axis] = wide.splat(number);
+                }
+            }
+        } else if leaves.are_exact {
             let mut blocks = [&leaves.blocks[pairs.blocks[0] as usize].corners; LANES];
             let mut triangles = [0; LANES];
             for lane in 0..LANES {

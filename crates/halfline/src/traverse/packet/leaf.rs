@@ -145,6 +145,7 @@ impl<Q: Query> RayPacket<Q> {
                         );
                         self.hits.query_has_nearest &= !bits_of(nearer, octet);
                         open &= !nearer;
+                        open &= !self.take_in_plane(cast, octet, (index, triangle), face, open & verdict.certain);
                     }
                     QueryKind::Any | QueryKind::All => {
                         let certain = verdict.certain & open;
@@ -178,6 +179,35 @@ impl<Q: Query> RayPacket<Q> {
             }
         }
         done
+    }
+
+    /// Takes a triangle for those of some rays of an octet, all of which hit it, whose nearest so far lies in the
+    /// same plane. Returns a bit for each of these.
+    #[inline(always)]
+    fn take_in_plane(
+        &mut self,
+        cast: &Cast,
+        octet: usize,
+        (index, triangle): (usize, usize),
+        face: u32,
+        mut open: u32,
+    ) -> u32 {
+        let (mut taken, hits) = (0, &mut self.hits);
+        while open != 0 {
+            let lane = open.trailing_zeros() as usize % LANES;
+            open &= open - 1;
+            let nearest = hits.nearest(octet, lane);
+            let slot = (index as u32, triangle as u32);
+            if nearest.face != NO_FACE && cast.are_in_one_plane(nearest.slot, slot) {
+                taken |= 1 << lane;
+                if face < nearest.face {
+                    hits.faces[octet][lane] = face;
+                    (hits.blocks[octet][lane], hits.triangles[octet][lane]) = slot;
+                    hits.query_has_nearest &= !bits_of(1 << lane, octet);
+                }
+            }
+        }
+        taken
     }
 
     /// Decides the pairs that wait. Returns a bit for each ray to which nothing more can matter.
