@@ -199,9 +199,10 @@ impl Scene {
         mut counts: Places<i64>,
         progress: Progress,
     ) -> PyResult<()> {
+        let width = image_width(&counts);
         let counts = counts.as_slice_mut()?;
         let count = counts.len();
-        let rays = columns!(py, count, origins, directions, t_min, t_max);
+        let rays = columns!(py, count, origins, directions, t_min, t_max).with_image_width(width);
         ask!(py, count, progress, |observer| {
             self.scene.observed(observer).count_intersections_columns(&rays, counts)
         })

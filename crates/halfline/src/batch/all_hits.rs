@@ -8,7 +8,7 @@ use std::cmp::Ordering;
 
 use rayon::prelude::*;
 
-use super::{CHUNK, PLACES, Rays, in_chunks};
+use super::{CHUNK, PLACES, Rays, chunk_len, in_chunks};
 use crate::error::Result;
 use crate::geometry::Hit;
 use crate::progress::Observer;
@@ -186,8 +186,9 @@ pub fn find_all_hits(
     observer: &dyn Observer,
 ) -> Result<AllHits> {
     let parts = vec![(); source.len().div_ceil(CHUNK)];
-    let chunks =
-        in_chunks((source, CHUNK), parts, observer, |rays, ()| all_hits_of(target, rays, observer))?;
+    let chunks = in_chunks((source, CHUNK), parts, observer, |rays, ()| {
+        all_hits_of(target, rays, observer)
+    })?;
     let mut all = AllHits::default();
     all.splits.reserve_exact(source.len());
     all.hits.reserve_exact(chunks.iter().map(|(_, hits)| hits.len()).sum());
@@ -210,8 +211,9 @@ pub fn count_hits<C: TryFrom<usize> + Copy + Send>(
     observer: &dyn Observer,
 ) -> Result<()> {
     assert_eq!(counts.len(), source.len(), "{PLACES}");
-    let parts = counts.chunks_mut(CHUNK).collect();
-    in_chunks((source, CHUNK), parts, observer, |rays, places: &mut [C]| {
+    let chunk = chunk_len(&source);
+    let parts = counts.chunks_mut(chunk).collect();
+    in_chunks((source, chunk), parts, observer, |rays, places: &mut [C]| {
         let mut counts = vec![0; rays.len()];
         let cancel = CancelCheck::new(observer);
         let answers = Answers::Counts(HitCounts { counts: &mut counts, faces: Vec::new(), cancel });
@@ -231,8 +233,9 @@ pub fn find_all_hits_columns(
 ) -> Result<AllHitColumns> {
     let count = source.len();
     let parts = vec![(); count.div_ceil(CHUNK)];
-    let chunks =
-        in_chunks((source, CHUNK), parts, observer, |rays, ()| all_hits_of(target, rays, observer))?;
+    let chunks = in_chunks((source, CHUNK), parts, observer, |rays, ()| {
+        all_hits_of(target, rays, observer)
+    })?;
 
     // Chunk by chunk to the places that follow from how many hits the earlier ones have.
     let total = chunks.iter().map(|(_, hits)| hits.len()).sum();

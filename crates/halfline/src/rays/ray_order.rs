@@ -78,13 +78,16 @@ mod tests {
     #[test]
     fn a_tile_is_eight_octets_below_each_other() {
         let order = RayOrder::new(640, 640 * 8);
-        let begins: Vec<usize> = (64..128).step_by(TILE).map(|number| order.octet(number)).collect();
+        let begins: Vec<usize> =
+            (64..128).step_by(TILE).map(|number| order.octet(number)).collect();
         assert_eq!(begins, (0..8).map(|row| row * 640 + 8).collect::<Vec<_>>());
     }
 
     #[test]
     fn other_batches_are_cast_in_the_order_of_memory() {
-        for (width, len) in [(0, 100), (7, 56), (63, 63 * 8), (64, 100), (64, 64 * 9), (8193, 8193 * 8)] {
+        for (width, len) in
+            [(0, 100), (7, 56), (63, 63 * 8), (64, 100), (64, 64 * 9), (8193, 8193 * 8)]
+        {
             let order = RayOrder::new(width, len);
             assert_eq!((order.count(), order.octet(24)), (len, 24), "{width}, {len}");
         }

@@ -43,7 +43,7 @@ impl<'a> Cast<'a> {
     /// A batch that is to be cast.
     pub fn new(target: Target<'a>, source: RaySource<'a>, answers: Answers<'a>) -> Cast<'a> {
         // All hits of a ray are put where they are found, so none may be cast twice.
-        let is_once = matches!(answers, Answers::AllHits(_) | Answers::Counts(_));
+        let is_once = matches!(answers, Answers::AllHits(_));
         let width = if is_once { 0 } else { source.image_width() };
         let order = RayOrder::new(width, source.len());
         Cast { target, source, order, answers, work: Work::default(), visits: None }

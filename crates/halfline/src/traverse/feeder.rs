@@ -9,7 +9,7 @@ use super::cast::Cast;
 use super::leaf::{ExactState, RayState};
 use super::packet::{Mask, OCTETS, PacketBounds, RAYS, RayPacket, is_packet_of_use};
 use super::prefetch::Prefetcher;
-use super::query::Query;
+use super::query::{Query, QueryKind};
 use super::stack::Stacks;
 use crate::rays::{RootFrame, prepare_octets};
 use crate::simd::{LANES, Simd};
@@ -23,6 +23,10 @@ const MAX_FAILURES: u32 = 8;
 
 /// Of so many times sixty-four rays, one is tried after [`MAX_FAILURES`].
 const TRIED_AGAIN: usize = 8;
+
+/// Where all hits are asked for, rays go through everything on their way: they go together if they meet no more
+/// leaves than this of each surface, since there they would not all meet the same.
+const MOST_LEAVES: f32 = 24.0;
 
 /// The rays that are prepared, and have no slot yet.
 pub struct Feeder<Q> {
@@ -100,7 +104,8 @@ impl<Q: Query> Feeder<Q> {
         let first = self.next;
         self.next = cast.order.count().min(first + RAYS);
         let octets = &mut self.packet.octets;
-        let count = prepare_octets(simd, octets, (&cast.source, &cast.order), first..self.next, root);
+        let count =
+            prepare_octets(simd, octets, (&cast.source, &cast.order), first..self.next, root);
         self.octets = 0..count;
         self.together = OCTETS;
     }
@@ -118,7 +123,7 @@ impl<Q: Query> Feeder<Q> {
         let packet = &mut self.packet;
         let is_tried =
             self.failures < MAX_FAILURES || self.next.div_ceil(RAYS).is_multiple_of(TRIED_AGAIN);
-        let is_tried = is_tried && is_packet_of_use::<Q>(cast.target.tree);
+        let is_tried = is_tried && is_packet_of_use(cast.target.tree);
         let all = &mut self.octets;
         let mut part = all.start..all.end.min(all.start + self.together);
         let mut bounds = None;
@@ -133,6 +138,10 @@ impl<Q: Query> Feeder<Q> {
                     bounds = PacketBounds::of(simd, &packet.octets[part.clone()], root);
                 }
             }
+        }
+        if Q::KIND == QueryKind::All {
+            let leaves = cast.target.tree.leaves.blocks.len();
+            bounds = bounds.filter(|bounds| bounds.leaves_of(leaves, root) <= MOST_LEAVES);
         }
         all.start = part.end;
         self.is_under_way = bounds.is_some();

@@ -232,7 +232,8 @@ impl<Q: Query> Job for DecideOpen<'_, '_, Q> {
                 let (ray, state) = (&mut rays[slot], &mut states[slot]);
                 let before = ray.traversal.limit;
                 if !state.is_done() {
-                    let place = (pairs.blocks[pair] as usize, pairs.triangles[pair] as usize % LANES);
+                    let place =
+                        (pairs.blocks[pair] as usize, pairs.triangles[pair] as usize % LANES);
                     let cursor = RayCursor {
                         number: ray.number,
                         parameter: ray.parameter,

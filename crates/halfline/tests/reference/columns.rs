@@ -287,11 +287,14 @@ fn images_are_answered_as_their_rays() {
             let answers = [plain, image].map(|rays| {
                 let (mut t, mut face) = (vec![0.0; rays.len()], vec![0; rays.len()]);
                 let (mut uv, mut flags) = (vec![[0.0; 2]; rays.len()], vec![false; rays.len()]);
+                let mut counts = vec![0; rays.len()];
                 let hits = HitColumns { t: &mut t, face: &mut face, uv: &mut uv };
-                scene.intersect_columns(&rays, hits).expect("nobody interrupts");
-                scene.occluded_columns(&rays, &mut flags).expect("nobody interrupts");
-                let all = scene.intersect_all_columns(&rays).expect("nobody interrupts");
-                (bits(t), face, bits(uv.into_flattened()), flags, all)
+                let seen = scene.observed(&NoProgress);
+                seen.intersect_columns(&rays, hits).expect("nobody interrupts");
+                seen.occluded_columns(&rays, &mut flags).expect("nobody interrupts");
+                seen.count_intersections_columns(&rays, &mut counts).expect("nobody interrupts");
+                let all = seen.intersect_all_columns(&rays).expect("nobody interrupts");
+                (bits(t), face, bits(uv.into_flattened()), flags, counts, all)
             });
             assert_eq!(answers[0], answers[1], "{width} x {height}, {}", level.name());
             assert!(answers[0].3.iter().any(|&flag| flag), "something is hit");

@@ -151,7 +151,7 @@ impl<Q: Query> ExactState<Q> {
 
     /// Takes a face that is hit for certain, where no t is needed.
     #[inline(always)]
-    fn accept(&mut self, face: u32, slot: Slot) {
+    pub fn accept(&mut self, face: u32, slot: Slot) {
         // A ray of which any hit is asked is at its end, and has an answer.
         self.is_prepared |= Q::KIND == QueryKind::Any;
         self.query.accept(face, slot);

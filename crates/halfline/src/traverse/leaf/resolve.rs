@@ -112,7 +112,7 @@ impl Cast<'_> {
 
     /// Takes all hits of a ray whose walk is over.
     #[inline(always)]
-    fn finish_all<S: Simd, Q: Query>(
+    pub fn finish_all<S: Simd, Q: Query>(
         &mut self,
         simd: S,
         number: usize,

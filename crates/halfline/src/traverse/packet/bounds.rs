@@ -162,6 +162,13 @@ impl PacketBounds {
         Some(PacketBounds { axes, octant: octant.to_bits() & 7, bounds, frustum })
     }
 
+    /// About how many of so many leaves the rays pass through, if these lie side by side on one surface.
+    pub fn leaves_of(&self, leaves: usize, root: &RootFrame) -> f32 {
+        let [p, q] = self.frustum.margin;
+        let share = p.max(q) / root.reach;
+        leaves as f32 * share * share
+    }
+
     /// Holds the boxes of a node's children against all rays, up to `limit`.
     #[inline(always)]
     pub fn meet_children<S: Simd>(

@@ -8,8 +8,8 @@ use super::super::query::{Query, QueryKind};
 use super::hits::PacketHits;
 use super::{Mask, OCTETS, PacketBounds, RAYS, RayPacket, bits_of, lanes_of};
 use crate::geometry::NO_FACE;
-use crate::rays::RayOctet;
 use crate::intersect::filter_f32::{test_leaf_by_lane, test_octet};
+use crate::rays::RayOctet;
 use crate::simd::{Job, LANES, Simd};
 use crate::tree::LeafBlock;
 
@@ -145,9 +145,25 @@ impl<Q: Query> RayPacket<Q> {
                         );
                         self.hits.query_has_nearest &= !bits_of(nearer, octet);
                         open &= !nearer;
-                        open &= !self.take_in_plane(cast, octet, (index, triangle), face, open & verdict.certain);
+                        open &= !self.take_in_plane(
+                            cast,
+                            octet,
+                            (index, triangle),
+                            face,
+                            open & verdict.certain,
+                        );
                     }
-                    QueryKind::Any | QueryKind::All => {
+                    QueryKind::All => {
+                        let mut certain = verdict.certain & open;
+                        open &= !certain;
+                        while certain != 0 {
+                            let ray = octet * LANES + certain.trailing_zeros() as usize % LANES;
+                            certain &= certain - 1;
+                            let slot = (index as u32, triangle as u32);
+                            self.states[ray].accept(block.faces[triangle], slot);
+                        }
+                    }
+                    QueryKind::Any => {
                         let certain = verdict.certain & open;
                         done |= bits_of(certain, octet);
                         lanes &= !certain;
@@ -252,6 +268,17 @@ impl<Q: Query> RayPacket<Q> {
     #[inline(always)]
     pub(super) fn finish<S: Simd>(&mut self, simd: S, cast: &mut Cast, mask: Mask) {
         let mut rest = mask;
+        if Q::KIND == QueryKind::All {
+            let mut ended = Pairs::none();
+            while rest != 0 {
+                let ray = rest.trailing_zeros() as usize % RAYS;
+                rest &= rest - 1;
+                let number = self.number(ray);
+                cast.finish_all(simd, number, &mut self.states[ray], &mut ended);
+            }
+            cast.finish_pairs(simd, &ended);
+            return;
+        }
         if Q::KIND == QueryKind::Closest {
             if Q::EXACT {
                 simd.outlined(FinishPacket { hits: &self.hits, octets: &self.octets, cast, mask });

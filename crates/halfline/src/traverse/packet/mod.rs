@@ -59,9 +59,9 @@ pub struct RayPacket<Q> {
     limit: f32,
 }
 
-/// Whether packets are of any use for a question and a tree.
-pub fn is_packet_of_use<Q: Query>(tree: &Tree) -> bool {
-    Q::KIND != QueryKind::All && tree.root.is_node()
+/// Whether packets are of any use for a tree.
+pub fn is_packet_of_use(tree: &Tree) -> bool {
+    tree.root.is_node()
 }
 
 /// The lanes of an octet in a mask.
@@ -116,7 +116,7 @@ impl<Q: Query> RayPacket<Q> {
         ray.restart(simd, self.number(number), traversal, parameter);
         ray.traversal.limit = self.hits.limits[octet][lane];
         ray.nearest = self.hits.nearest(octet, lane);
-        if self.hits.decided >> number & 1 == 1 {
+        if Q::KIND == QueryKind::All || self.hits.decided >> number & 1 == 1 {
             std::mem::swap(state, &mut self.states[number]);
             state.query_has_nearest = self.hits.query_has_nearest >> number & 1 == 1;
         }
