@@ -8,6 +8,7 @@ mod columns;
 mod common;
 mod explain;
 mod filters;
+mod golden;
 mod packets;
 mod secondary_rays;
 mod textbook_and_engine;
