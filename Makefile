@@ -80,8 +80,8 @@ test-long: rust ## prove the engines on 10 million rays instead of half a millio
 	cargo test --locked --package halfline-io --no-default-features
 	cargo test --locked --package halfline-cli --no-default-features
 
-# All of the libraries' tests, and that every answer has the bits that it has elsewhere. Elsewhere than on
-# ARM they run under QEMU.
+# Compares hashes of answers that every machine must give, too. Elsewhere than on ARM the tests run under QEMU,
+# which takes some 25 minutes on two cores.
 .PHONY: test-arm
 test-arm: rust ## run the libraries' tests on 64-bit ARM, emulated where need be (needs QEMU, a linker)
 	@tools/test_arm.sh
