@@ -80,6 +80,12 @@ test-long: rust ## prove the engines on 10 million rays instead of half a millio
 	cargo test --locked --package halfline-io --no-default-features
 	cargo test --locked --package halfline-cli --no-default-features
 
+# Compares hashes of answers that every machine must give, too. Elsewhere than on ARM the tests run under QEMU,
+# which takes some 25 minutes on two cores.
+.PHONY: test-arm
+test-arm: rust ## run the libraries' tests on 64-bit ARM, emulated where need be (needs QEMU, a linker)
+	@tools/test_arm.sh
+
 .PHONY: fuzz
 fuzz: ## fuzz readers, build and queries for half an hour (needs nightly Rust, cargo-fuzz)
 	@python=$$(tools/find_python.sh) && "$$python" tools/fuzz.py --seconds $(FUZZ_SECONDS)

@@ -4,6 +4,7 @@
 
 use std::arch::x86_64::*;
 
+use super::front::FRONT;
 use super::{EXPONENT_BITS, Job, LANES, LINE, POWER_AND_INVERSE, Simd, SimdF64, WORDS};
 
 /// The witness: exists only inside of [`run`] and of what has more instructions.
@@ -28,26 +29,6 @@ impl Avx2 {
 #[target_feature(enable = "avx2,fma,bmi1,bmi2,popcnt,lzcnt")]
 pub unsafe fn run<J: Job>(job: J) -> J::Output {
     job.run(Avx2(()))
-}
-
-/// For each set of lanes their numbers, those of the set first.
-static FRONT: [[u8; LANES]; 256] = front();
-
-const fn front() -> [[u8; LANES]; 256] {
-    let mut table = [[0; LANES]; 256];
-    let mut set = 0;
-    while set < 256 {
-        let (mut lane, mut count) = (0, 0);
-        while lane < LANES {
-            if set >> lane & 1 == 1 {
-                table[set][count] = lane as u8;
-                count += 1;
-            }
-            lane += 1;
-        }
-        set += 1;
-    }
-    table
 }
 
 /// Runs a job compiled for AVX2 in a function of its own, which is never inlined.

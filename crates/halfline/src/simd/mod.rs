@@ -10,6 +10,10 @@
 mod avx2;
 #[cfg(target_arch = "x86_64")]
 mod avx512;
+#[cfg(any(target_arch = "x86_64", target_arch = "aarch64"))]
+mod front;
+#[cfg(target_arch = "aarch64")]
+mod neon;
 mod portable;
 mod ring;
 
@@ -72,10 +76,10 @@ pub(crate) trait Simd: Copy + Send + Sync {
     /// A bit for each lane where `a < b`.
     fn lt(self, a: Self::F32x8, b: Self::F32x8) -> u32;
 
-    /// The smaller of two numbers that are not NaN.
+    /// The smaller of two numbers, the second of which is not NaN; the second if the first is NaN.
     fn min(self, a: Self::F32x8, b: Self::F32x8) -> Self::F32x8;
 
-    /// The larger of two numbers that are not NaN.
+    /// The larger of two numbers, the second of which is not NaN; the second if the first is NaN.
     fn max(self, a: Self::F32x8, b: Self::F32x8) -> Self::F32x8;
 
     /// For each lane where `near <= far`, in the order of `lanes`, writes `near` and the word of that
@@ -225,6 +229,8 @@ enum Set {
     Avx2,
     #[cfg(target_arch = "x86_64")]
     Avx512,
+    #[cfg(target_arch = "aarch64")]
+    Neon,
 }
 
 /// The environment variable that forces an instruction set.
@@ -249,11 +255,13 @@ impl Level {
                 }
             }
         }
+        #[cfg(target_arch = "aarch64")]
+        levels.push(Level(Set::Neon));
         levels
     }
 
     /// The best instruction set of this machine, or the one that the environment variable
-    /// `HALFLINE_SIMD` names: `scalar`, `avx2` or `avx512`.
+    /// `HALFLINE_SIMD` names: `scalar`, `avx2`, `avx512` or `neon`.
     ///
     /// # Errors
     /// [`Error::Invalid`] for any other value, and for an instruction set that this machine lacks.
@@ -278,6 +286,8 @@ impl Level {
             Set::Avx2 => "avx2",
             #[cfg(target_arch = "x86_64")]
             Set::Avx512 => "avx512",
+            #[cfg(target_arch = "aarch64")]
+            Set::Neon => "neon",
         }
     }
 
@@ -292,6 +302,8 @@ impl Level {
             // SAFETY: as above.
             #[cfg(target_arch = "x86_64")]
             Set::Avx512 => unsafe { avx512::run(job) },
+            #[cfg(target_arch = "aarch64")]
+            Set::Neon => job.run(neon::Neon),
         }
     }
 }

@@ -255,3 +255,78 @@ fn work_apart_is_the_same_work() {
         assert_eq!(level.run(Apart(&words)), (0b10_1010, (1 << 14) - 1, set), "{}", level.name());
     }
 }
+
+/// Numbers to be ordered, as they are and as doubles; rows to be transposed.
+struct Order {
+    a: [f32; LANES],
+    b: [f32; LANES],
+    rows: [[f32; LANES]; LANES],
+}
+
+/// The smaller and the larger.
+type MinMax = [[u64; LANES]; 2];
+
+impl Job for &Order {
+    type Output = (MinMax, MinMax, [u32; 2], [[f32; LANES]; LANES]);
+
+    #[inline(always)]
+    fn run<S: Simd>(self, simd: S) -> Self::Output {
+        let wide = simd.doubles();
+        let (a, b) = (simd.load(&self.a), simd.load(&self.b));
+        let (mut singles, mut doubles) = ([[0.0; LANES]; 2], [[0.0; LANES]; 2]);
+        simd.store(simd.min(a, b), &mut singles[0]);
+        simd.store(simd.max(a, b), &mut singles[1]);
+        let (a, b) = (simd.widen(a), simd.widen(b));
+        wide.store(wide.min(a, b), &mut doubles[0]);
+        wide.store(wide.max(a, b), &mut doubles[1]);
+        let mut rows = [simd.splat(0.0); LANES];
+        for row in 0..LANES {
+            rows[row] = simd.load(&self.rows[row]);
+        }
+        let columns = simd.transpose(rows);
+        let mut transposed = [[0.0; LANES]; LANES];
+        for column in 0..LANES {
+            simd.store(columns[column], &mut transposed[column]);
+        }
+        (
+            singles.map(|lanes| lanes.map(|x| f64::from(x).to_bits())),
+            doubles.map(|lanes| lanes.map(f64::to_bits)),
+            [wide.lt(a, b), wide.le(a, b)],
+            transposed,
+        )
+    }
+}
+
+#[test]
+fn every_set_orders_and_transposes() {
+    let rows = std::array::from_fn(|row| std::array::from_fn(|i| (row * LANES + i) as f32));
+    let columns = std::array::from_fn(|column| std::array::from_fn(|row| rows[row][column]));
+    for turn in 1..LANES {
+        let (a, b) = (HARD, std::array::from_fn(|lane| HARD[(lane + turn) % LANES]));
+        // The second number, if one of two doubles is NaN, and if the first of two floats is.
+        let min = |lane: usize| if a[lane] < b[lane] { a[lane] } else { b[lane] };
+        let max = |lane: usize| if a[lane] > b[lane] { a[lane] } else { b[lane] };
+        let bits = |of: &dyn Fn(usize) -> f32| -> [u64; LANES] {
+            std::array::from_fn(|lane| f64::from(of(lane)).to_bits())
+        };
+        let min_max = [bits(&min), bits(&max)];
+        let mask = |is: &dyn Fn(usize) -> bool| {
+            (0..LANES).fold(0, |bits, lane| bits | u32::from(is(lane)) << lane)
+        };
+        let masks = [mask(&|lane| a[lane] < b[lane]), mask(&|lane| a[lane] <= b[lane])];
+        for level in Level::available() {
+            let (singles, doubles, found_masks, transposed) = level.run(&Order { a, b, rows });
+            assert_eq!(doubles, min_max, "{level}: {a:?}, {b:?}");
+            assert_eq!(found_masks, masks, "{level}: {a:?}, {b:?}");
+            assert_eq!(transposed, columns, "{level}");
+            for lane in (0..LANES).filter(|&lane| !b[lane].is_nan()) {
+                // Of two zeros it may be either.
+                let is_zero = a[lane] == 0.0 && b[lane] == 0.0;
+                for (found, expected) in singles.iter().zip(&min_max) {
+                    let is_right = is_zero && f64::from_bits(found[lane]) == 0.0;
+                    assert!(is_right || found[lane] == expected[lane], "{level}: {a:?}, {b:?}");
+                }
+            }
+        }
+    }
+}

@@ -8,6 +8,7 @@ mod columns;
 mod common;
 mod explain;
 mod filters;
+mod golden;
 mod near_starts;
 mod packets;
 mod secondary_rays;
