@@ -80,6 +80,7 @@ impl Cast<'_> {
                         state.query_has_nearest = false;
                     } else if is_certain
                         && ray.nearest.face != NO_FACE
+                        && !state.query_has_nearest
                         && self.are_in_one_plane(ray.nearest.slot, slot)
                     {
                         self.take_lower(ray, state, face, slot);
@@ -225,6 +226,7 @@ impl Cast<'_> {
             Refinement::Certain => true,
             Refinement::Tied
                 if ray.nearest.face != NO_FACE
+                    && !query_has_nearest
                     && self.are_in_one_plane(ray.nearest.slot, place) =>
             {
                 let face = self.target.tree.leaves.blocks[index].faces[lane];

@@ -29,7 +29,7 @@ pub struct NearestSoFar {
     pub face: u32,
     /// Where it is at least; at most it is at the ray's limit.
     pub low: f32,
-    /// Where it was found.
+    /// Where it was found, unless the query knows it: what is decided exactly is not looked up again.
     pub slot: Slot,
 }
 

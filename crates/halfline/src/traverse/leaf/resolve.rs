@@ -186,11 +186,13 @@ impl Cast<'_> {
         let tree = self.target.tree;
         let (wide, leaves, frame) = (simd.doubles(), &tree.leaves, &tree.frame);
         let mut corners = [[wide.splat(0.0); 3]; 3];
-        let is_one = !simd.eq_u32(&pairs.faces, pairs.faces[0]) & pairs.lanes == 0;
+        // The other lanes may say nothing of where their faces lie.
+        let first = pairs.lanes.trailing_zeros() as usize % LANES;
+        let is_one = !simd.eq_u32(&pairs.faces, pairs.faces[first]) & pairs.lanes == 0;
         if is_one & leaves.are_exact {
             // Neighbours in a picture mostly hit the same face.
-            let block = &leaves.blocks[pairs.blocks[0] as usize].corners;
-            let triangle = pairs.triangles[0] as usize % LANES;
+            let block = &leaves.blocks[pairs.blocks[first] as usize].corners;
+            let triangle = pairs.triangles[first] as usize % LANES;
             for corner in 0..3 {
                 for axis in 0..3 {
                     let number = frame.to_user(block[corner][axis][triangle], axis);

@@ -209,6 +209,8 @@ impl<Q: Query> RayPacket<Q> {
         mut open: u32,
     ) -> u32 {
         let (mut taken, hits) = (0, &mut self.hits);
+        // Where the nearest was decided exactly, it is not known in which leaf it lies.
+        open &= !lanes_of(hits.query_has_nearest, octet);
         while open != 0 {
             let lane = open.trailing_zeros() as usize % LANES;
             open &= open - 1;
@@ -219,7 +221,6 @@ impl<Q: Query> RayPacket<Q> {
                 if face < nearest.face {
                     hits.faces[octet][lane] = face;
                     (hits.blocks[octet][lane], hits.triangles[octet][lane]) = slot;
-                    hits.query_has_nearest &= !bits_of(1 << lane, octet);
                 }
             }
         }
