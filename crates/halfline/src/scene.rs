@@ -182,7 +182,7 @@ impl Scene {
     }
 
     fn target(&self) -> Target<'_> {
-        Target { tree: &self.tree, mesh: &self.mesh, level: self.level }
+        Target { tree: &self.tree, mesh: &self.mesh, level: self.level, tuner: None }
     }
 
     /// For rays that come one after another, each depending on the last: one for each thread. A

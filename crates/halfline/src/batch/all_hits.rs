@@ -14,7 +14,8 @@ use crate::geometry::Hit;
 use crate::progress::Observer;
 use crate::rays::RaySource;
 use crate::traverse::{
-    AllContacts, Answers, CancelCheck, Cast, FoundHits, HitColumns, HitCounts, Target, cast,
+    AllContacts, Answers, CancelCheck, Cast, FoundHits, HitColumns, HitCounts, PrefetchTuner,
+    Target, cast,
 };
 
 /// All hits of each ray of a batch, in compressed sparse rows: those of ray i are [`row(i)`](AllHits::row),
@@ -185,6 +186,8 @@ pub fn find_all_hits(
     Rays(source): Rays,
     observer: &dyn Observer,
 ) -> Result<AllHits> {
+    let tuner = PrefetchTuner::default();
+    let target = Target { tuner: Some(&tuner), ..target };
     let parts = vec![(); source.len().div_ceil(CHUNK)];
     let chunks = in_chunks((source, CHUNK), parts, observer, |rays, ()| {
         all_hits_of(target, rays, observer)
@@ -210,6 +213,8 @@ pub fn count_hits<C: TryFrom<usize> + Copy + Send>(
     counts: &mut [C],
     observer: &dyn Observer,
 ) -> Result<()> {
+    let tuner = PrefetchTuner::default();
+    let target = Target { tuner: Some(&tuner), ..target };
     assert_eq!(counts.len(), source.len(), "{PLACES}");
     let chunk = chunk_len(&source);
     let parts = counts.chunks_mut(chunk).collect();
@@ -231,6 +236,8 @@ pub fn find_all_hits_columns(
     Rays(source): Rays,
     observer: &dyn Observer,
 ) -> Result<AllHitColumns> {
+    let tuner = PrefetchTuner::default();
+    let target = Target { tuner: Some(&tuner), ..target };
     let count = source.len();
     let parts = vec![(); count.div_ceil(CHUNK)];
     let chunks = in_chunks((source, CHUNK), parts, observer, |rays, ()| {

@@ -12,7 +12,9 @@ use crate::error::Result;
 use crate::geometry::{Hit, HitF32, Ray, RayF32};
 use crate::progress::{Observer, SharedProgress, Stage};
 use crate::rays::{RayColumns, RaySource, rays_per_band};
-use crate::traverse::{Answers, AnyHit, Cast, ClosestHit, HitColumns, Query, Target, cast};
+use crate::traverse::{
+    Answers, AnyHit, Cast, ClosestHit, HitColumns, PrefetchTuner, Query, Target, cast,
+};
 use crate::tree::{LeafBlock, Node};
 
 /// Rays that one task casts: about a millisecond of work, and many to each slot of a stream.
@@ -94,6 +96,8 @@ pub fn intersect(
     hits: &mut [Hit],
     observer: &dyn Observer,
 ) -> Result<()> {
+    let tuner = PrefetchTuner::default();
+    let target = Target { tuner: Some(&tuner), ..target };
     assert_eq!(hits.len(), source.len(), "{PLACES}");
     let chunk = chunk_len(&source);
     let parts = hits.chunks_mut(chunk).collect();
@@ -111,6 +115,8 @@ pub fn intersect_f32(
     hits: &mut [HitF32],
     observer: &dyn Observer,
 ) -> Result<()> {
+    let tuner = PrefetchTuner::default();
+    let target = Target { tuner: Some(&tuner), ..target };
     assert_eq!(hits.len(), source.len(), "{PLACES}");
     let chunk = chunk_len(&source);
     let parts = hits.chunks_mut(chunk).collect();
@@ -129,6 +135,8 @@ pub fn intersect_columns(
     observer: &dyn Observer,
 ) -> Result<()> {
     let HitColumns { t, face, uv } = hits;
+    let tuner = PrefetchTuner::default();
+    let target = Target { tuner: Some(&tuner), ..target };
     assert_eq!([t.len(), face.len(), uv.len()], [source.len(); 3], "{PLACES}");
     let chunk = chunk_len(&source);
     let parts = t.chunks_mut(chunk).zip(face.chunks_mut(chunk)).zip(uv.chunks_mut(chunk));
@@ -147,6 +155,8 @@ pub fn occluded(
     flags: &mut [bool],
     observer: &dyn Observer,
 ) -> Result<()> {
+    let tuner = PrefetchTuner::default();
+    let target = Target { tuner: Some(&tuner), ..target };
     assert_eq!(flags.len(), source.len(), "{PLACES}");
     let chunk = chunk_len(&source);
     let parts = flags.chunks_mut(chunk).collect();

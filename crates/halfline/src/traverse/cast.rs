@@ -4,6 +4,7 @@ use std::cell::{Cell, RefCell};
 
 use super::answers::Answers;
 use super::leaf::RayState;
+use super::prefetch::PrefetchTuner;
 use super::query::ClosestHit;
 use super::stream::cast;
 use crate::geometry::{Hit, Ray};
@@ -21,6 +22,8 @@ pub struct Target<'a> {
     pub mesh: &'a Mesh,
     /// The instruction set.
     pub level: Level,
+    /// What finds out whether asking memory ahead is worth it, if it is to be found out.
+    pub tuner: Option<&'a PrefetchTuner>,
 }
 
 /// A batch that is cast: where rays come from, where answers go, and what it took so far.

@@ -59,6 +59,12 @@ impl<Q: Query> Feeder<Q> {
         }
     }
 
+    /// How many rays were prepared.
+    #[inline(always)]
+    pub fn begun(&self) -> usize {
+        self.next
+    }
+
     /// Gives a slot the next ray that meets the box of all that can be hit, and returns where it begins, or
     /// [`NodeRef::IDLE`] if there is none.
     #[inline(always)]

@@ -20,6 +20,7 @@ mod verdict;
 
 pub use answers::{Answers, CancelCheck, FoundHits, HitColumns, HitCounts};
 pub use cast::{Cast, Target, Visit, record_visits};
+pub use prefetch::PrefetchTuner;
 pub use query::{AllContacts, AnyHit, ClosestHit, Query};
 pub use single::{Caster, RayCounters};
 pub use stream::cast;

@@ -23,7 +23,7 @@ use std::marker::PhantomData;
 use super::cast::Cast;
 use super::feeder::Feeder;
 use super::leaf::{Candidates, ExactState, OpenPairs, Pairs, RayCursor, RayState};
-use super::prefetch::Prefetcher;
+use super::prefetch::{PrefetchChoice, Prefetcher};
 use super::query::Query;
 use super::stack::Stacks;
 use super::step_limit::StepLimit;
@@ -64,7 +64,8 @@ impl<'a, Q: Query> Job for Stream<'a, Q> {
         let Stream(mut cast, _) = self;
         let tree = cast.target.tree;
         let root = RootFrame::of(tree);
-        let prefetcher = Prefetcher::of(tree);
+        let mut choice = PrefetchChoice::of(tree, cast.target.tuner);
+        let mut prefetcher = Prefetcher::of(tree, choice.is_on());
         let mut feeder = Feeder::<Q>::new(tree.max_stack_size);
         let mut ended = Pairs::none();
 
@@ -182,8 +183,12 @@ impl<'a, Q: Query> Job for Stream<'a, Q> {
                     .next(simd, &mut cast, (&root, prefetcher), ray, state, (&mut stacks, slot))
                     .0;
             }
+            if done != 0 && choice.turns(feeder.begun(), cast.order.count()) {
+                prefetcher.is_on = !prefetcher.is_on;
+            }
         }
         cast.finish_pairs(simd, &ended);
+        choice.finish();
         cast
     }
 }
