@@ -42,6 +42,7 @@ class Scene:
     unit length: `t` is in units of the direction. What is C-contiguous float32 or float64, each as
     it likes, is not copied; other layouts, integers and float16 are; no number is rounded. A ray
     with a NaN or an infinite coordinate, without a direction, or with `t_min > t_max` hits nothing.
+    Rays of shape (height, width, 3) are cast in tiles, which is quicker where neighbours are alike.
 
     Every hit is that of the exact ray with the exact triangles: no ray slips between triangles that
     share an edge or a vertex, and each crossing of a closed surface counts once. docs/numerics.md
