@@ -2,7 +2,7 @@
 
 use super::leaf::RayState;
 use super::stream::SLOTS;
-use crate::tree::{Tree, panic_corrupt_tree};
+use crate::tree::{NodeRef, Tree, panic_corrupt_tree};
 
 /// Turns between two looks, at least: looking takes time.
 const MIN_TURNS: usize = 1 << 12;
@@ -23,19 +23,21 @@ impl StepLimit {
         StepLimit { max_turns, turns: 0, numbers: [usize::MAX; SLOTS] }
     }
 
-    /// Counts a turn; `busy` has a bit for each slot whose ray is under way.
+    /// Counts a turn, given the rays and where each is.
     #[inline(always)]
-    pub fn take_turn(&mut self, rays: &[RayState; SLOTS], busy: u32) {
+    pub fn take_turn(&mut self, rays: &[RayState; SLOTS], places: &[u32; SLOTS]) {
         self.turns += 1;
         if self.turns > self.max_turns {
-            self.look(rays, busy);
+            self.look(rays, places);
         }
     }
 
     #[cold]
     #[inline(never)]
-    fn look(&mut self, rays: &[RayState; SLOTS], busy: u32) {
-        let is_busy = |slot: usize| busy >> slot & 1 == 1;
+    fn look(&mut self, rays: &[RayState; SLOTS], places: &[u32; SLOTS]) {
+        // At a node, in a leaf, or waiting for a look in double precision there.
+        let is_busy =
+            |slot: usize| places[slot] < NodeRef::END.0 || places[slot] == NodeRef::WAITING.0;
         let numbers =
             std::array::from_fn(|slot| if is_busy(slot) { rays[slot].number } else { usize::MAX });
         let stays = |slot: usize| numbers[slot] == self.numbers[slot];

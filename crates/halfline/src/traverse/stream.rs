@@ -94,7 +94,7 @@ impl<'a, Q: Query> Job for Stream<'a, Q> {
 
             cast.work.add_nodes(nodes.count_ones());
             cast.work.add_leaves(leaves.count_ones());
-            step_limit.take_turn(&rays, nodes | leaves);
+            step_limit.take_turn(&rays, &places);
             if cast.is_recorded() {
                 let mut rest = nodes | leaves;
                 while let Some(slot) = next_slot(&mut rest) {
