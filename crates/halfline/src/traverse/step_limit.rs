@@ -1,14 +1,14 @@
 //! An end to walks that go in circles, as in a tree file that was damaged.
 
 use super::leaf::RayState;
-use super::stream::SLOTS;
+use super::stream::{MAX_TURNS_WAITED, SLOTS};
 use crate::tree::{NodeRef, Tree, panic_corrupt_tree};
 
 /// Turns between two looks, at least: looking takes time.
 const MIN_TURNS: usize = 1 << 12;
 
-/// Panics where a ray takes more turns than a walk can have steps. In each turn each ray takes a step,
-/// so it is enough to look from time to time whether any slot has still the ray that it had.
+/// Panics where a ray takes more turns than a walk can have steps. In each turn each ray takes a step, or waits for one of
+/// a few turns, so it is enough to look from time to time whether any slot has still the ray that it had.
 pub struct StepLimit {
     max_turns: usize,
     turns: usize,
@@ -19,7 +19,8 @@ pub struct StepLimit {
 impl StepLimit {
     /// The limit for walks through a tree.
     pub fn new(tree: &Tree) -> StepLimit {
-        let max_turns = MIN_TURNS.max(tree.max_steps() + 1);
+        let turns_a_step = MAX_TURNS_WAITED as usize + 2;
+        let max_turns = MIN_TURNS.max(tree.max_steps() + 1) * turns_a_step;
         StepLimit { max_turns, turns: 0, numbers: [usize::MAX; SLOTS] }
     }
 

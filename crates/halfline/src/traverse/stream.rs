@@ -32,7 +32,7 @@ use crate::simd::{Job, LANES, Simd, WORDS};
 use crate::tree::NodeRef;
 
 /// How many turns a ray may wait for a look in double precision.
-const MAX_TURNS_WAITED: u32 = 4;
+pub const MAX_TURNS_WAITED: u32 = 4;
 
 /// Rays under way at a time, each in a slot.
 pub const SLOTS: usize = WORDS;
