@@ -41,6 +41,8 @@ pub struct Feeder<Q> {
     together: usize,
     /// How many rays were prepared, in the order in which they are cast.
     next: usize,
+    /// Where that ends for now.
+    end: usize,
     /// How often in a row rays were too different to go as a packet.
     failures: u32,
 }
@@ -55,14 +57,15 @@ impl<Q: Query> Feeder<Q> {
             octets: 0..0,
             together: 1,
             next: 0,
+            end: 0,
             failures: 0,
         }
     }
 
-    /// How many rays were prepared.
-    #[inline(always)]
-    pub fn begun(&self) -> usize {
-        self.next
+    /// Gives rays up to this one, of those that are cast. Returns false if there are none.
+    pub fn goes_on_to(&mut self, end: usize) -> bool {
+        self.end = end;
+        self.next < end
     }
 
     /// Gives a slot the next ray that meets the box of all that can be hit, and returns where it begins, or
@@ -80,7 +83,7 @@ impl<Q: Query> Feeder<Q> {
         while self.rays == 0 {
             if !self.octets.is_empty() {
                 self.cast_next(simd, cast, root, prefetcher);
-            } else if self.next < cast.order.count() && !cast.answers.are_cancelled() {
+            } else if self.next < self.end && !cast.answers.are_cancelled() {
                 self.prepare_next(simd, cast, root);
             } else {
                 return NodeRef::IDLE;
@@ -108,7 +111,7 @@ impl<Q: Query> Feeder<Q> {
     #[inline(always)]
     fn prepare_next<S: Simd>(&mut self, simd: S, cast: &Cast, root: &RootFrame) {
         let first = self.next;
-        self.next = cast.order.count().min(first + RAYS);
+        self.next = self.end.min(first + RAYS);
         let octets = &mut self.packet.octets;
         let count =
             prepare_octets(simd, octets, (&cast.source, &cast.order), first..self.next, root);

@@ -6,8 +6,9 @@
 //! without, by turns the first and the second, and what they save on the average decides for the chunks between.
 
 use std::sync::atomic::{AtomicI32, AtomicU32, Ordering};
-use std::time::Instant;
+use std::time::Duration;
 
+use super::packet::RAYS;
 use crate::simd::Simd;
 use crate::tree::{LeafBlock, Node, NodeRef, Tree};
 
@@ -33,18 +34,10 @@ pub struct PrefetchTuner {
 }
 
 /// Whether a chunk of a batch asks for its cache lines, and the trial that it may be.
+#[derive(Clone, Copy)]
 pub struct PrefetchChoice<'a> {
     is_on: bool,
-    trial: Option<Trial<'a>>,
-}
-
-struct Trial<'a> {
-    tuner: &'a PrefetchTuner,
-    /// Whether the first half goes with asking.
-    begins_on: bool,
-    begin: Instant,
-    /// When half of the rays had begun.
-    half: Option<Instant>,
+    trial: Option<&'a PrefetchTuner>,
 }
 
 impl<'a> PrefetchChoice<'a> {
@@ -57,36 +50,26 @@ impl<'a> PrefetchChoice<'a> {
         // Relaxed: the counts are of no consequence but for time.
         let turn = tuner.chunks.fetch_add(1, Ordering::Relaxed) % TRIAL_STEP;
         if turn < 2 {
-            let begins_on = turn == 0;
-            let trial = Trial { tuner, begins_on, begin: Instant::now(), half: None };
-            return PrefetchChoice { is_on: begins_on, trial: Some(trial) };
+            return PrefetchChoice { is_on: turn == 0, trial: Some(tuner) };
         }
         let trials = tuner.trials.load(Ordering::Relaxed);
         let is_off = trials > 1 && tuner.saved.load(Ordering::Relaxed) > trials * WORTHWHILE;
         PrefetchChoice { is_on: !is_off, trial: None }
     }
 
-    /// Whether memory is asked.
-    pub fn is_on(&self) -> bool {
-        self.is_on
+    /// The parts in which so many rays are cast: where each ends, and whether it goes with asking. The second is empty
+    /// but for a trial.
+    pub fn parts(self, count: usize) -> [(usize, bool); 2] {
+        let half = count / 2 / RAYS * RAYS;
+        let end = if self.trial.is_some() { half } else { count };
+        [(end, self.is_on), (count, self.is_on != self.trial.is_some())]
     }
 
-    /// Hears how many of how many rays have begun. Returns true where the rest goes the other way.
-    #[inline(always)]
-    pub fn turns(&mut self, begun: usize, count: usize) -> bool {
-        let Some(trial) = &mut self.trial else { return false };
-        if trial.half.is_some() || begun < count / 2 {
-            return false;
-        }
-        trial.half = Some(Instant::now());
-        true
-    }
-
-    /// Hears that all rays are at their end.
-    pub fn finish(self) {
-        let Some(Trial { tuner, begins_on, begin, half: Some(half) }) = self.trial else { return };
-        let (first, second) = ((half - begin).as_secs_f64(), half.elapsed().as_secs_f64());
-        let (with, without) = if begins_on { (first, second) } else { (second, first) };
+    /// Hears how long the parts took.
+    pub fn finish(self, times: [Duration; 2]) {
+        let Some(tuner) = self.trial else { return };
+        let [first, second] = times.map(|time| time.as_secs_f64());
+        let (with, without) = if self.is_on { (first, second) } else { (second, first) };
         if with > 0.0 {
             // Whatever else the machine did meanwhile counts for no more than this.
             let saved = (100.0 * (1.0 - without / with)).clamp(-50.0, 50.0);
@@ -101,7 +84,7 @@ impl<'a> PrefetchChoice<'a> {
 pub struct Prefetcher {
     nodes: usize,
     /// False if nothing is asked for.
-    pub is_on: bool,
+    is_on: bool,
     /// From the first node to the first leaf.
     leaves_from_nodes: usize,
 }

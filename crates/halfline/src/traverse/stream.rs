@@ -19,6 +19,7 @@
 
 use std::hint::select_unpredictable;
 use std::marker::PhantomData;
+use std::time::{Duration, Instant};
 
 use super::cast::Cast;
 use super::feeder::Feeder;
@@ -64,8 +65,6 @@ impl<'a, Q: Query> Job for Stream<'a, Q> {
         let Stream(mut cast, _) = self;
         let tree = cast.target.tree;
         let root = RootFrame::of(tree);
-        let mut choice = PrefetchChoice::of(tree, cast.target.tuner);
-        let mut prefetcher = Prefetcher::of(tree, choice.is_on());
         let mut feeder = Feeder::<Q>::new(tree.max_stack_size);
         let mut ended = Pairs::none();
 
@@ -80,115 +79,125 @@ impl<'a, Q: Query> Job for Stream<'a, Q> {
         let mut turns_waited = 0;
         let mut step_limit = StepLimit::new(tree);
 
-        loop {
-            // Divide the slots by what is next.
-            let nodes = simd.lt_u32(&places, NodeRef::FIRST_LEAF);
-            let leaves = simd.lt_u32(&places, NodeRef::END.0) & !nodes;
-            let done = simd.lt_u32(&places, NodeRef::IDLE.0) & !(nodes | leaves);
-            if nodes | leaves | done == 0 {
-                if open_pairs.len() == 0 {
-                    break;
-                }
-                turns_waited = MAX_TURNS_WAITED;
+        let choice = PrefetchChoice::of(tree, cast.target.tuner);
+        let mut times = [Duration::ZERO; 2];
+        for (part, (end, is_on)) in choice.parts(cast.order.count()).into_iter().enumerate() {
+            if !feeder.goes_on_to(end) {
+                continue;
             }
-
-            cast.work.add_nodes(nodes.count_ones());
-            cast.work.add_leaves(leaves.count_ones());
-            step_limit.take_turn(&rays, &places);
-            if cast.is_recorded() {
-                let mut rest = nodes | leaves;
-                while let Some(slot) = next_slot(&mut rest) {
-                    cast.record(NodeRef(places[slot]), &rays[slot]);
-                }
-            }
-
-            // Let every ray at a node take a step.
-            let mut rest = nodes;
-            while let Some(slot) = next_slot(&mut rest) {
-                let node = &tree.nodes[NodeRef(places[slot]).index()];
-                let (entries, refs) = stacks.free(slot);
-                let pushed = rays[slot].traversal.intersect_children(simd, node, entries, refs);
-                places[slot] = stacks.pop_after(slot, pushed);
-                prefetcher.prefetch(simd, NodeRef(places[slot]));
-            }
-
-            // Let every ray at a leaf meet its triangles: most have no candidates there, and pop what is next.
-            let (mut rest, mut count) = (leaves, 0);
-            while let Some(slot) = next_slot(&mut rest) {
-                let (hit, candidates) = &mut hits[count % SLOTS];
-                let block = &tree.leaves.blocks[NodeRef(places[slot]).index()];
-                candidates.find::<S, Q>(simd, &rays[slot], block);
-                *hit = slot as u8;
-                let (is_met, is_single) = (candidates.open != 0, candidates.is_single_and_open());
-                count += usize::from(is_met & !is_single);
-                let lane = candidates.open.trailing_zeros();
-                open_pairs.push_if(is_single, slot, NodeRef(places[slot]).index() as u32, lane);
-                let next = stacks.top(slot);
-                stacks.drop_top_if(slot, !is_met);
-                let here = select_unpredictable(is_single, NodeRef::WAITING.0, places[slot]);
-                places[slot] = select_unpredictable(is_met, here, next);
-                prefetcher.prefetch(simd, NodeRef(places[slot]));
-            }
-
-            // Decide the candidates of the others.
-            for (slot, candidates) in &hits[..count] {
-                let slot = usize::from(*slot) % SLOTS;
-                let ray = &mut rays[slot];
-                let before = ray.traversal.limit;
-                let index = NodeRef(places[slot]).index();
-                let mut cursor = RayCursor {
-                    number: ray.number,
-                    parameter: ray.parameter,
-                    nearest: &mut ray.nearest,
-                    limit: &mut ray.traversal.limit,
-                };
-                let state = &mut states[slot];
-                let open = cast.decide(&mut cursor, state, candidates, index);
-                if ray.traversal.limit < before {
-                    stacks.drop_beyond(simd, slot, ray.traversal.limit);
-                }
-                if open != 0 {
-                    if open_pairs.is_full() {
-                        let slots = (&mut places, &mut rays, &mut states, &mut stacks);
-                        decide_open(simd, &cast, (&mut open_pairs, LANES), slots, prefetcher);
+            let begin = Instant::now();
+            let prefetcher = Prefetcher::of(tree, is_on);
+            places.fill(NodeRef::END.0);
+            rays.fill(RayState::none());
+            loop {
+                // Divide the slots by what is next.
+                let nodes = simd.lt_u32(&places, NodeRef::FIRST_LEAF);
+                let leaves = simd.lt_u32(&places, NodeRef::END.0) & !nodes;
+                let done = simd.lt_u32(&places, NodeRef::IDLE.0) & !(nodes | leaves);
+                if nodes | leaves | done == 0 {
+                    if open_pairs.len() == 0 {
+                        break;
                     }
-                    open_pairs.push_all(slot, index as u32, open);
-                    places[slot] = NodeRef::WAITING.0;
-                } else if state.is_done() {
-                    places[slot] = NodeRef::END.0;
-                } else {
-                    places[slot] = stacks.pop_after(slot, 0);
+                    turns_waited = MAX_TURNS_WAITED;
+                }
+
+                cast.work.add_nodes(nodes.count_ones());
+                cast.work.add_leaves(leaves.count_ones());
+                step_limit.take_turn(&rays, &places);
+                if cast.is_recorded() {
+                    let mut rest = nodes | leaves;
+                    while let Some(slot) = next_slot(&mut rest) {
+                        cast.record(NodeRef(places[slot]), &rays[slot]);
+                    }
+                }
+
+                // Let every ray at a node take a step.
+                let mut rest = nodes;
+                while let Some(slot) = next_slot(&mut rest) {
+                    let node = &tree.nodes[NodeRef(places[slot]).index()];
+                    let (entries, refs) = stacks.free(slot);
+                    let pushed = rays[slot].traversal.intersect_children(simd, node, entries, refs);
+                    places[slot] = stacks.pop_after(slot, pushed);
                     prefetcher.prefetch(simd, NodeRef(places[slot]));
                 }
-            }
 
-            // Let double precision have a look at what is open, if there is enough of it, or it waited for long.
-            turns_waited += 1;
-            let has_waited = turns_waited > MAX_TURNS_WAITED;
-            if (open_pairs.len() >= LANES) | has_waited {
-                turns_waited = 0;
-                if open_pairs.len() != 0 {
-                    let slots = (&mut places, &mut rays, &mut states, &mut stacks);
-                    let least = if has_waited { 1 } else { LANES };
-                    decide_open(simd, &cast, (&mut open_pairs, least), slots, prefetcher);
+                // Let every ray at a leaf meet its triangles: most have no candidates there, and pop what is next.
+                let (mut rest, mut count) = (leaves, 0);
+                while let Some(slot) = next_slot(&mut rest) {
+                    let (hit, candidates) = &mut hits[count % SLOTS];
+                    let block = &tree.leaves.blocks[NodeRef(places[slot]).index()];
+                    candidates.find::<S, Q>(simd, &rays[slot], block);
+                    *hit = slot as u8;
+                    let (is_met, is_single) =
+                        (candidates.open != 0, candidates.is_single_and_open());
+                    count += usize::from(is_met & !is_single);
+                    let lane = candidates.open.trailing_zeros();
+                    open_pairs.push_if(is_single, slot, NodeRef(places[slot]).index() as u32, lane);
+                    let next = stacks.top(slot);
+                    stacks.drop_top_if(slot, !is_met);
+                    let here = select_unpredictable(is_single, NodeRef::WAITING.0, places[slot]);
+                    places[slot] = select_unpredictable(is_met, here, next);
+                    prefetcher.prefetch(simd, NodeRef(places[slot]));
+                }
+
+                // Decide the candidates of the others.
+                for (slot, candidates) in &hits[..count] {
+                    let slot = usize::from(*slot) % SLOTS;
+                    let ray = &mut rays[slot];
+                    let before = ray.traversal.limit;
+                    let index = NodeRef(places[slot]).index();
+                    let mut cursor = RayCursor {
+                        number: ray.number,
+                        parameter: ray.parameter,
+                        nearest: &mut ray.nearest,
+                        limit: &mut ray.traversal.limit,
+                    };
+                    let state = &mut states[slot];
+                    let open = cast.decide(&mut cursor, state, candidates, index);
+                    if ray.traversal.limit < before {
+                        stacks.drop_beyond(simd, slot, ray.traversal.limit);
+                    }
+                    if open != 0 {
+                        if open_pairs.is_full() {
+                            let slots = (&mut places, &mut rays, &mut states, &mut stacks);
+                            decide_open(simd, &cast, (&mut open_pairs, LANES), slots, prefetcher);
+                        }
+                        open_pairs.push_all(slot, index as u32, open);
+                        places[slot] = NodeRef::WAITING.0;
+                    } else if state.is_done() {
+                        places[slot] = NodeRef::END.0;
+                    } else {
+                        places[slot] = stacks.pop_after(slot, 0);
+                        prefetcher.prefetch(simd, NodeRef(places[slot]));
+                    }
+                }
+
+                // Let double precision have a look at what is open, if there is enough of it, or it waited for long.
+                turns_waited += 1;
+                let has_waited = turns_waited > MAX_TURNS_WAITED;
+                if (open_pairs.len() >= LANES) | has_waited {
+                    turns_waited = 0;
+                    if open_pairs.len() != 0 {
+                        let slots = (&mut places, &mut rays, &mut states, &mut stacks);
+                        let least = if has_waited { 1 } else { LANES };
+                        decide_open(simd, &cast, (&mut open_pairs, least), slots, prefetcher);
+                    }
+                }
+
+                // Take the answers of those that came to an end, and let others begin.
+                let mut rest = done;
+                while let Some(slot) = next_slot(&mut rest) {
+                    let (ray, state) = (&mut rays[slot], &mut states[slot]);
+                    cast.finish(simd, ray, state, &mut ended);
+                    places[slot] = feeder
+                        .next(simd, &mut cast, (&root, prefetcher), ray, state, (&mut stacks, slot))
+                        .0;
                 }
             }
-
-            // Take the answers of those that came to an end, and let others begin.
-            let mut rest = done;
-            while let Some(slot) = next_slot(&mut rest) {
-                let (ray, state) = (&mut rays[slot], &mut states[slot]);
-                cast.finish(simd, ray, state, &mut ended);
-                places[slot] = feeder
-                    .next(simd, &mut cast, (&root, prefetcher), ray, state, (&mut stacks, slot))
-                    .0;
-            }
-            if done != 0 && choice.turns(feeder.begun(), cast.order.count()) {
-                prefetcher.is_on = !prefetcher.is_on;
-            }
+            times[part] = begin.elapsed();
         }
         cast.finish_pairs(simd, &ended);
-        choice.finish();
+        choice.finish(times);
         cast
     }
 }
