@@ -154,6 +154,12 @@ bench-dask: rust venv data ## cast rays and draw on one and two Dask workers, an
 	@$(VENV)/bin/python tools/develop.py "$(target_dir)/release" $(VENV)
 	$(VENV)/bin/python bench dask $(OPTIONS)
 
+.PHONY: bench-shapes
+bench-shapes: rust venv data ## from NumPy: images against tiles, rays from a surface against rays from above it
+	cargo build --release --locked --package halfline-python
+	@$(VENV)/bin/python tools/develop.py "$(target_dir)/release" $(VENV)
+	$(VENV)/bin/python bench shapes $(OPTIONS)
+
 .PHONY: peers numbers
 peers: bench-embree ## another name of bench-embree
 numbers: bench-exactness ## another name of bench-exactness

@@ -7,7 +7,8 @@
 //! ```text
 //! NODE  meet eight boxes at once; push those that are met, the nearest last; pop; prefetch
 //! LEAF  hold eight triangles against the ray at once; where none is left, pop and prefetch
-//! HIT   decide what is left (`leaf/`); a hit drops all that lies beyond it; pop; prefetch
+//! HIT   take what is certain (`leaf/`); a hit drops all that lies beyond it; pop; prefetch
+//! WAIT  for others of which something is open, until double precision has a look at eight pairs
 //! END   take the answer; give the slot to the next ray, or to what is left of a packet (`feeder.rs`)
 //! ```
 //!
@@ -210,7 +211,8 @@ type Slots<'a, Q> = (
     &'a mut Stacks,
 );
 
-/// Decides the pairs that wait, eight at a time as long as there are so many or `least`, in a function of its own: it is rarer than all else, and would be in the way.
+/// Decides the pairs that wait, eight at a time as long as there are so many or `least`, in a function of its own: it is
+/// rarer than all else, and would be in the way.
 #[inline(always)]
 fn decide_open<S: Simd, Q: Query>(
     simd: S,
