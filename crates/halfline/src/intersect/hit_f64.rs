@@ -21,6 +21,8 @@ pub struct HitLanes {
     pub v: [f64; LANES],
     /// A bit for each that is what the scalar way gives.
     pub known: u32,
+    /// A bit for each of which the weights are, at least.
+    pub weights_known: u32,
 }
 
 /// What is multiplied is zero or in this range.
@@ -89,7 +91,8 @@ pub fn hit_f64x8<S: Simd>(simd: S, lanes: &LineLanes<S>) -> HitLanes {
     let error = wide.mul(wide.splat(STRICTER * WEIGHT_ERROR), error);
 
     // A weight of zero may have come out below zero by the error, or as negative zero.
-    let mut hits = HitLanes { t: [0.0; LANES], u: [0.0; LANES], v: [0.0; LANES], known: 0 };
+    let mut hits =
+        HitLanes { t: [0.0; LANES], u: [0.0; LANES], v: [0.0; LANES], known: 0, weights_known: 0 };
     wide.store(low, &mut hits.t);
     wide.store(wide.add(wide.min(wide.max(u, zero), one), zero), &mut hits.u);
     wide.store(wide.add(wide.min(wide.max(v, zero), one), zero), &mut hits.v);
@@ -108,12 +111,11 @@ pub fn hit_f64x8<S: Simd>(simd: S, lanes: &LineLanes<S>) -> HitLanes {
     largest = wide.max(wide.abs(low), largest);
     let bound = wide.splat(MAX_DETERMINANT_ERROR / STRICTER);
     let accuracy = wide.mul(wide.splat(BARYCENTRIC_ERROR), size);
-    hits.known = wide.le(high, low)
-        & wide.le(low, high)
-        & wide.lt(determinant_error, wide.mul(bound, size))
+    hits.weights_known = wide.lt(determinant_error, wide.mul(bound, size))
         & wide.lt(error, accuracy)
         & wide.lt(wide.splat(PLAIN_RANGE.start), least)
         & wide.lt(largest, wide.splat(PLAIN_RANGE.end));
+    hits.known = hits.weights_known & wide.le(high, low) & wide.le(low, high);
     hits
 }
 

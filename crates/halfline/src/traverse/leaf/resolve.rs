@@ -270,9 +270,16 @@ impl Cast<'_> {
                 places[pairs.numbers[lane]] = HitF32 { t: t[lane], face: pairs.faces[lane] };
             }
         } else {
-            let HitLanes { t, u, v, known } = hit_f64x8(simd, &lanes);
+            let HitLanes { t, u, v, known, weights_known } = hit_f64x8(simd, &lanes);
+            // Where only t lies too near to the middle of two doubles, the weights are good.
+            let mut rest = open & !known & weights_known;
+            while rest != 0 {
+                let lane = rest.trailing_zeros() as usize % LANES;
+                rest &= rest - 1;
+                self.finish_t(pairs, lane, [u[lane], v[lane]]);
+            }
             let mut rest = open & known;
-            open &= !known;
+            open &= !weights_known;
             while rest != 0 {
                 let lane = rest.trailing_zeros() as usize % LANES;
                 rest &= rest - 1;
@@ -285,6 +292,17 @@ impl Cast<'_> {
             open &= open - 1;
             self.finish_exactly(pairs, lane);
         }
+    }
+
+    /// Finds t of a known hit whose weights are known.
+    #[inline(never)]
+    fn finish_t(&mut self, pairs: &Pairs, lane: usize, [u, v]: [f64; 2]) {
+        let (number, face) = (pairs.numbers[lane], pairs.faces[lane]);
+        let corners = self.corners_at((pairs.blocks[lane], pairs.triangles[lane]));
+        let mut prepared = PreparedRay::default();
+        prepared.set(&self.source.ray(number));
+        let t = prepared.parameter(&corners);
+        self.answers.put_hit(number, Hit { t, face, u, v });
     }
 
     /// Finds where a known hit is, whatever it takes.
