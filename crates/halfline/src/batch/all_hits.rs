@@ -14,8 +14,7 @@ use crate::geometry::Hit;
 use crate::progress::Observer;
 use crate::rays::RaySource;
 use crate::traverse::{
-    AllContacts, Answers, CancelCheck, Cast, FoundHits, HitColumns, HitCounts, PrefetchTuner,
-    Target, cast,
+    AllContacts, Answers, CancelCheck, Cast, FoundHits, HitColumns, HitCounts, Target, cast,
 };
 
 /// All hits of each ray of a batch, in compressed sparse rows: those of ray i are [`row(i)`](AllHits::row),
@@ -186,10 +185,8 @@ pub fn find_all_hits(
     Rays(source): Rays,
     observer: &dyn Observer,
 ) -> Result<AllHits> {
-    let tuner = PrefetchTuner::default();
-    let target = Target { tuner: Some(&tuner), ..target };
     let parts = vec![(); source.len().div_ceil(CHUNK)];
-    let chunks = in_chunks((source, CHUNK), parts, observer, |rays, ()| {
+    let chunks = in_chunks(target, (source, CHUNK), parts, observer, |target, rays, ()| {
         all_hits_of(target, rays, observer)
     })?;
     let mut all = AllHits::default();
@@ -213,12 +210,10 @@ pub fn count_hits<C: TryFrom<usize> + Copy + Send>(
     counts: &mut [C],
     observer: &dyn Observer,
 ) -> Result<()> {
-    let tuner = PrefetchTuner::default();
-    let target = Target { tuner: Some(&tuner), ..target };
     assert_eq!(counts.len(), source.len(), "{PLACES}");
     let chunk = chunk_len(&source);
     let parts = counts.chunks_mut(chunk).collect();
-    in_chunks((source, chunk), parts, observer, |rays, places: &mut [C]| {
+    in_chunks(target, (source, chunk), parts, observer, |target, rays, places: &mut [C]| {
         let mut counts = vec![0; rays.len()];
         let cancel = CancelCheck::new(observer);
         let answers = Answers::Counts(HitCounts { counts: &mut counts, faces: Vec::new(), cancel });
@@ -236,11 +231,9 @@ pub fn find_all_hits_columns(
     Rays(source): Rays,
     observer: &dyn Observer,
 ) -> Result<AllHitColumns> {
-    let tuner = PrefetchTuner::default();
-    let target = Target { tuner: Some(&tuner), ..target };
     let count = source.len();
     let parts = vec![(); count.div_ceil(CHUNK)];
-    let chunks = in_chunks((source, CHUNK), parts, observer, |rays, ()| {
+    let chunks = in_chunks(target, (source, CHUNK), parts, observer, |target, rays, ()| {
         all_hits_of(target, rays, observer)
     })?;
 

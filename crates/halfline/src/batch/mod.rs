@@ -59,20 +59,24 @@ impl<'a> From<RayColumns<'a>> for Rays<'a> {
 }
 
 /// Casts rays chunk by chunk: `parts` has the places for the answers of each chunk. A single chunk is the calling
-/// thread's own, so that a few rays do not wait for other threads.
+/// thread's own, so that a few rays do not wait for other threads. What one chunk finds out about prefetching, the
+/// next ones know.
 fn in_chunks<P: Send, A: Send>(
+    target: Target,
     (source, chunk_len): (RaySource, usize),
     parts: Vec<P>,
     observer: &dyn Observer,
-    work: impl Fn(RaySource, P) -> A + Sync,
+    work: impl Fn(Target, RaySource, P) -> A + Sync,
 ) -> Result<Vec<A>> {
+    let tuner = PrefetchTuner::default();
+    let target = Target { tuner: Some(&tuner), ..target };
     let count = source.len();
     let progress = SharedProgress::new(observer, Stage::Trace, count);
     observer.report(Stage::Trace, 0, count as u64);
     let one_chunk = |(chunk, part): (usize, P)| {
         progress.check()?;
         let rays = source.slice(chunk * chunk_len..count.min((chunk + 1) * chunk_len));
-        let answer = work(rays, part);
+        let answer = work(target, rays, part);
         progress.advance(rays.len())?;
         Ok(answer)
     };
@@ -96,12 +100,10 @@ pub fn intersect(
     hits: &mut [Hit],
     observer: &dyn Observer,
 ) -> Result<()> {
-    let tuner = PrefetchTuner::default();
-    let target = Target { tuner: Some(&tuner), ..target };
     assert_eq!(hits.len(), source.len(), "{PLACES}");
     let chunk = chunk_len(&source);
     let parts = hits.chunks_mut(chunk).collect();
-    in_chunks((source, chunk), parts, observer, |rays, hits: &mut [Hit]| {
+    in_chunks(target, (source, chunk), parts, observer, |target, rays, hits: &mut [Hit]| {
         hits.fill(Hit::MISS);
         cast::<ClosestHit>(Cast::new(target, rays, Answers::Hits(hits)));
     })?;
@@ -115,12 +117,10 @@ pub fn intersect_f32(
     hits: &mut [HitF32],
     observer: &dyn Observer,
 ) -> Result<()> {
-    let tuner = PrefetchTuner::default();
-    let target = Target { tuner: Some(&tuner), ..target };
     assert_eq!(hits.len(), source.len(), "{PLACES}");
     let chunk = chunk_len(&source);
     let parts = hits.chunks_mut(chunk).collect();
-    in_chunks((source, chunk), parts, observer, |rays, hits: &mut [HitF32]| {
+    in_chunks(target, (source, chunk), parts, observer, |target, rays, hits: &mut [HitF32]| {
         hits.fill(HitF32::MISS);
         cast::<ClosestHit>(Cast::new(target, rays, Answers::HitsF32(hits)));
     })?;
@@ -135,16 +135,20 @@ pub fn intersect_columns(
     observer: &dyn Observer,
 ) -> Result<()> {
     let HitColumns { t, face, uv } = hits;
-    let tuner = PrefetchTuner::default();
-    let target = Target { tuner: Some(&tuner), ..target };
     assert_eq!([t.len(), face.len(), uv.len()], [source.len(); 3], "{PLACES}");
     let chunk = chunk_len(&source);
     let parts = t.chunks_mut(chunk).zip(face.chunks_mut(chunk)).zip(uv.chunks_mut(chunk));
-    in_chunks((source, chunk), parts.collect(), observer, |rays, ((t, face), uv)| {
-        let mut hits = HitColumns { t, face, uv };
-        hits.fill_with_misses();
-        cast::<ClosestHit>(Cast::new(target, rays, Answers::HitColumns(hits)));
-    })?;
+    in_chunks(
+        target,
+        (source, chunk),
+        parts.collect(),
+        observer,
+        |target, rays, ((t, face), uv)| {
+            let mut hits = HitColumns { t, face, uv };
+            hits.fill_with_misses();
+            cast::<ClosestHit>(Cast::new(target, rays, Answers::HitColumns(hits)));
+        },
+    )?;
     Ok(())
 }
 
@@ -155,12 +159,10 @@ pub fn occluded(
     flags: &mut [bool],
     observer: &dyn Observer,
 ) -> Result<()> {
-    let tuner = PrefetchTuner::default();
-    let target = Target { tuner: Some(&tuner), ..target };
     assert_eq!(flags.len(), source.len(), "{PLACES}");
     let chunk = chunk_len(&source);
     let parts = flags.chunks_mut(chunk).collect();
-    in_chunks((source, chunk), parts, observer, |rays, flags: &mut [bool]| {
+    in_chunks(target, (source, chunk), parts, observer, |target, rays, flags: &mut [bool]| {
         flags.fill(false);
         cast::<AnyHit>(Cast::new(target, rays, Answers::Occluded(flags)));
     })?;
@@ -219,7 +221,7 @@ pub fn intersect_plain(target: Target, Rays(source): Rays, hits: &mut [HitF32]) 
     let chunk = chunk_len(&source);
     let parts = hits.chunks_mut(chunk).collect();
     let silent = &crate::progress::NoProgress;
-    in_chunks((source, chunk), parts, silent, |rays, hits: &mut [HitF32]| {
+    in_chunks(target, (source, chunk), parts, silent, |target, rays, hits: &mut [HitF32]| {
         hits.fill(HitF32::MISS);
         cast::<ClosestHit<false>>(Cast::new(target, rays, Answers::HitsF32(hits)));
     })
@@ -232,7 +234,7 @@ pub fn occluded_plain(target: Target, Rays(source): Rays, flags: &mut [bool]) {
     let chunk = chunk_len(&source);
     let parts = flags.chunks_mut(chunk).collect();
     let silent = &crate::progress::NoProgress;
-    in_chunks((source, chunk), parts, silent, |rays, flags: &mut [bool]| {
+    in_chunks(target, (source, chunk), parts, silent, |target, rays, flags: &mut [bool]| {
         flags.fill(false);
         cast::<AnyHit<false>>(Cast::new(target, rays, Answers::Occluded(flags)));
     })

@@ -294,15 +294,19 @@ impl Cast<'_> {
         }
     }
 
+    /// The ray of a pair, ready for exact decisions, and the corners of its triangle.
+    fn prepared_pair(&self, pairs: &Pairs, lane: usize) -> (PreparedRay, [Vec3; 3]) {
+        let mut prepared = PreparedRay::default();
+        prepared.set(&self.source.ray(pairs.numbers[lane]));
+        (prepared, self.corners_at((pairs.blocks[lane], pairs.triangles[lane])))
+    }
+
     /// Finds t of a known hit whose weights are known.
     #[inline(never)]
     fn finish_t(&mut self, pairs: &Pairs, lane: usize, [u, v]: [f64; 2]) {
-        let (number, face) = (pairs.numbers[lane], pairs.faces[lane]);
-        let corners = self.corners_at((pairs.blocks[lane], pairs.triangles[lane]));
-        let mut prepared = PreparedRay::default();
-        prepared.set(&self.source.ray(number));
-        let t = prepared.parameter(&corners);
-        self.answers.put_hit(number, Hit { t, face, u, v });
+        let (prepared, corners) = self.prepared_pair(pairs, lane);
+        let hit = Hit { t: prepared.parameter(&corners), face: pairs.faces[lane], u, v };
+        self.answers.put_hit(pairs.numbers[lane], hit);
     }
 
     /// Finds where a known hit is, whatever it takes.
@@ -310,9 +314,7 @@ impl Cast<'_> {
     #[inline(never)]
     fn finish_exactly(&mut self, pairs: &Pairs, lane: usize) {
         let (number, face) = (pairs.numbers[lane], pairs.faces[lane]);
-        let corners = self.corners_at((pairs.blocks[lane], pairs.triangles[lane]));
-        let mut prepared = PreparedRay::default();
-        prepared.set(&self.source.ray(number));
+        let (prepared, corners) = self.prepared_pair(pairs, lane);
         if self.answers.are_f32() {
             // A zero below one half of the smallest denormal would keep its sign.
             let t = prepared.parameter(&corners) as f32 + 0.0;
