@@ -52,30 +52,22 @@ pub fn hit_f64x8<S: Simd>(simd: S, lanes: &LineLanes<S>) -> HitLanes {
     let rough = wide.mul(numerator, inverse);
 
     // Take the point there relative to the first corner, and what of it may be wrong.
-    let (mut at, mut reach) = ([zero; 3], [zero; 3]);
+    let (mut at, mut at_low, mut reach, mut size) = ([zero; 3], [zero; 3], [zero; 3], [zero; 3]);
     for axis in 0..3 {
         let start = two_sum(simd, origin[axis], wide.sub(zero, a[axis]));
         let step = two_product(simd, rough, direction[axis]);
         let sum = two_sum(simd, start[0], step[0]);
         let rest = wide.add(sum[1], wide.add(start[1], step[1]));
-        at[axis] = wide.add(sum[0], rest);
-        let size = wide.add(wide.abs(start[0]), wide.abs(step[0]));
-        let error = wide.mul(wide.splat(POINT_ERROR), size);
+        [at[axis], at_low[axis]] = two_sum(simd, sum[0], rest);
+        size[axis] = wide.add(wide.abs(start[0]), wide.abs(step[0]));
+        let error = wide.mul(wide.splat(POINT_ERROR), size[axis]);
         reach[axis] = wide.add(wide.abs(at[axis]), error);
     }
 
     // Correct t by the distance to the plane, and round it if its error allows.
     let determinant_error = wide.mul(wide.splat(WEIGHT_ERROR), determinant_permanent);
-    let correction = wide.sub(zero, wide.mul(dot(simd, &normal, &at), inverse));
-    let twice = wide.mul(wide.splat(2.0), wide.abs(correction));
-    let error = wide.add(
-        wide.mul(wide.splat(CORRECTION_ERROR), dot(simd, &normal_permanent, &reach)),
-        wide.mul(twice, determinant_error),
-    );
-    let steepness = wide.abs(inverse);
-    let error = wide.mul(wide.mul(error, wide.splat(STRICTER)), steepness);
-    let low = wide.add(rough, wide.sub(correction, error));
-    let high = wide.add(rough, wide.add(correction, error));
+    let plane = Plane { normal, normal_permanent, inverse, determinant_error };
+    let (low, high) = plane.corrected(simd, rough, &at, &reach);
 
     // Solve for the weights, with the permanents of both determinants.
     let p = cross(simd, &direction, &ac);
@@ -98,8 +90,8 @@ pub fn hit_f64x8<S: Simd>(simd: S, lanes: &LineLanes<S>) -> HitLanes {
     wide.store(wide.add(wide.min(wide.max(v, zero), one), zero), &mut hits.v);
 
     // What is multiplied is zero or of a middle size.
-    let size = wide.abs(determinant);
-    let (mut least, mut largest) = (wide.min(wide.abs(low), size), size);
+    let slowness = wide.abs(determinant);
+    let (mut least, mut largest) = (wide.min(wide.abs(low), slowness), slowness);
     for axis in 0..3 {
         for number in [at[axis], ab[axis], ac[axis], direction[axis]] {
             let size = wide.abs(number);
@@ -110,13 +102,76 @@ pub fn hit_f64x8<S: Simd>(simd: S, lanes: &LineLanes<S>) -> HitLanes {
     }
     largest = wide.max(wide.abs(low), largest);
     let bound = wide.splat(MAX_DETERMINANT_ERROR / STRICTER);
-    let accuracy = wide.mul(wide.splat(BARYCENTRIC_ERROR), size);
-    hits.weights_known = wide.lt(determinant_error, wide.mul(bound, size))
+    let accuracy = wide.mul(wide.splat(BARYCENTRIC_ERROR), slowness);
+    hits.weights_known = wide.lt(determinant_error, wide.mul(bound, slowness))
         & wide.lt(error, accuracy)
         & wide.lt(wide.splat(PLAIN_RANGE.start), least)
         & wide.lt(largest, wide.splat(PLAIN_RANGE.end));
     hits.known = hits.weights_known & wide.le(high, low) & wide.le(low, high);
+    if hits.known == hits.weights_known {
+        return hits;
+    }
+
+    // Where its error does not, take the point relative to that with these weights instead of the first corner: it
+    // lies in the plane as well, and what is left is little more than roundings.
+    let (mut near, mut near_reach) = (at, reach);
+    for axis in 0..3 {
+        let minus_a = wide.sub(zero, a[axis]);
+        let (ab, ac) = (two_sum(simd, b[axis], minus_a), two_sum(simd, c[axis], minus_a));
+        let (of_b, of_c) = (two_product(simd, u, ab[0]), two_product(simd, v, ac[0]));
+        let first = two_sum(simd, at[axis], wide.sub(zero, of_b[0]));
+        let second = two_sum(simd, first[0], wide.sub(zero, of_c[0]));
+        let lows = wide.add(at_low[axis], wide.add(first[1], second[1]));
+        let of_lows = wide.add(wide.mul(u, ab[1]), wide.mul(v, ac[1]));
+        let lows = wide.sub(lows, wide.add(of_lows, wide.add(of_b[1], of_c[1])));
+        near[axis] = wide.add(second[0], lows);
+        let parts = wide.add(wide.abs(of_b[0]), wide.abs(of_c[0]));
+        let parts = wide.mul(wide.splat(2.0), wide.add(wide.abs(at[axis]), parts));
+        let error = wide.mul(wide.splat(POINT_ERROR), wide.add(size[axis], parts));
+        near_reach[axis] = wide.add(wide.abs(near[axis]), error);
+    }
+    let (low, high) = plane.corrected(simd, rough, &near, &near_reach);
+    let settled = wide.le(high, low) & wide.le(low, high) & hits.weights_known & !hits.known;
+    let mut t = [0.0; LANES];
+    wide.store(low, &mut t);
+    for lane in 0..LANES {
+        hits.t[lane] = if settled >> lane & 1 == 1 { t[lane] } else { hits.t[lane] };
+    }
+    hits.known |= settled;
     hits
+}
+
+/// The planes of eight triangles, and how lines go through them.
+struct Plane<F> {
+    normal: [F; 3],
+    normal_permanent: [F; 3],
+    /// One over the product of the normal and the direction.
+    inverse: F,
+    /// What may be wrong with that product.
+    determinant_error: F,
+}
+
+impl<F: Copy> Plane<F> {
+    /// Two numbers between which t is, given about where it is, and the point there relative to one in the plane with
+    /// the point's sizes and eight times what may be wrong with it, in roundings.
+    #[inline(always)]
+    fn corrected<S: Simd>(&self, simd: S, rough: F, at: &[F; 3], reach: &[F; 3]) -> (F, F)
+    where
+        S::F64: SimdF64<F64x8 = F>,
+    {
+        let wide = simd.doubles();
+        let correction = wide.mul(dot(simd, &self.normal, at), self.inverse);
+        let correction = wide.sub(wide.splat(0.0), correction);
+        let twice = wide.mul(wide.splat(2.0), wide.abs(correction));
+        let error = wide.add(
+            wide.mul(wide.splat(CORRECTION_ERROR), dot(simd, &self.normal_permanent, reach)),
+            wide.mul(twice, self.determinant_error),
+        );
+        let steepness = wide.abs(self.inverse);
+        let error = wide.mul(wide.mul(error, wide.splat(STRICTER)), steepness);
+        let low = wide.add(rough, wide.sub(correction, error));
+        (low, wide.add(rough, wide.add(correction, error)))
+    }
 }
 
 #[inline(always)]
@@ -184,3 +239,6 @@ fn split<S: Simd>(simd: S, a: F64x8<S>) -> [F64x8<S>; 2] {
     let high = wide.sub(c, wide.sub(c, a));
     [high, wide.sub(a, high)]
 }
+
+#[cfg(test)]
+mod tests;
