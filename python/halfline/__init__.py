@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from halfline._hits import AllHits, Hits
     from halfline._image import Image
     from halfline._mesh import Mesh, generate, load
+    from halfline._nearest import Nearest
     from halfline._open import open_tree as open  # noqa: A004
     from halfline._scene import Scene
 
@@ -32,6 +33,7 @@ __all__ = [
     "Hits",
     "Image",
     "Mesh",
+    "Nearest",
     "Scene",
     "__version__",
     "generate",
@@ -48,6 +50,7 @@ _LAZY = {
     "Hits": "halfline._hits",
     "Image": "halfline._image",
     "Mesh": "halfline._mesh",
+    "Nearest": "halfline._nearest",
     "Scene": "halfline._scene",
     "generate": "halfline._mesh",
     "load": "halfline._mesh",

@@ -95,6 +95,28 @@ def rays_of(
     return shape, columns
 
 
+def points_of(
+    points: ArrayLike, max_distance: ArrayLike = math.inf
+) -> tuple[tuple[int, ...], FloatArray | Vector, Numbers]:
+    """Checks points, and how far from each anything counts.
+
+    Returns:
+        The leading dimensions of the answer, the points, and the distances.
+    """
+    array = _vectors("points", points)
+    most = _numbers("max_distance", max_distance)
+    shape = array.shape[:-1]
+    if not isinstance(most, float):
+        try:
+            shape = np.broadcast_shapes(shape, most.shape)
+        except ValueError:
+            raise ValueError(
+                "points, max_distance: expected leading dimensions that broadcast together, found "
+                f"points {shape}, max_distance {most.shape}"
+            ) from None
+    return shape, _vector_column(array, shape), _number_column(most, shape)
+
+
 def _broadcast(*shapes: tuple[int, ...]) -> tuple[int, ...]:
     try:
         return np.broadcast_shapes(*shapes)

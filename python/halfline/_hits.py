@@ -22,7 +22,8 @@ class _Surface(NamedTuple):
     normal: NDArray[np.float64]
 
 
-def _surface(mesh: Mesh, face: NDArray[np.int64], uv: NDArray[np.float64]) -> _Surface:
+def surface_of(mesh: Mesh, face: NDArray[np.int64], uv: NDArray[np.float64]) -> _Surface:
+    """Where places on a mesh are, and the normals there; NaN for no face."""
     points = np.empty((*face.shape, 3))
     normals = np.empty((*face.shape, 3))
     face = np.ascontiguousarray(face, dtype=np.int64)
@@ -121,7 +122,7 @@ class Hits:
 
     def _surface(self) -> _Surface:
         if self._at is None:
-            self._at = _surface(self._mesh, self.face, self.uv)
+            self._at = surface_of(self._mesh, self.face, self.uv)
         return self._at
 
     def __len__(self) -> int:
@@ -259,7 +260,7 @@ class AllHits:
 
     def _surface(self) -> _Surface:
         if self._at is None:
-            self._at = _surface(self._mesh, self.face, self.uv)
+            self._at = surface_of(self._mesh, self.face, self.uv)
         return self._at
 
     def __len__(self) -> int:

@@ -195,6 +195,40 @@ class Scene:
         progress: _Report | None = None,
         /,
     ) -> None: ...
+    def closest_points(
+        self,
+        points: _Vectors,
+        max_distance: _Numbers,
+        distance: NDArray[np.float64],
+        point: NDArray[np.float64],
+        face: NDArray[np.int64],
+        uv: NDArray[np.float64],
+        feature: NDArray[np.uint8],
+        progress: _Report | None = None,
+        /,
+    ) -> None: ...
+    def signed_distance(
+        self,
+        points: _Vectors,
+        distance: NDArray[np.float64],
+        progress: _Report | None = None,
+        /,
+    ) -> None: ...
+    def winding_number(
+        self,
+        points: _Vectors,
+        numbers: NDArray[np.float64],
+        progress: _Report | None = None,
+        /,
+    ) -> None: ...
+    def contains(
+        self,
+        points: _Vectors,
+        rule: Literal["winding", "parity"] | str,
+        flags: NDArray[np.bool_],
+        progress: _Report | None = None,
+        /,
+    ) -> None: ...
     def intersect_all(
         self,
         count: int,

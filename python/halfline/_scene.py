@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from halfline._arrays import count_of, path_of, rays_of
+from halfline._arrays import count_of, path_of, points_of, rays_of
 from halfline._explanation import Explanation
 from halfline._hits import AllHits, Hits
 from halfline._html import table
@@ -18,6 +18,7 @@ from halfline._image import Image
 from halfline._mesh import Mesh, MeshLike, mesh_of
 from halfline._native import FormatError, Picture, RenderSettings
 from halfline._native import Scene as NativeScene
+from halfline._nearest import Nearest
 from halfline._progress import Progress, reporting
 
 if TYPE_CHECKING:
@@ -203,6 +204,119 @@ class Scene:
         with reporting(progress) as report:
             splits, t, face, uv = self._native.intersect_all(count_of(shape), *rays, report)
         return AllHits(self._mesh, shape, splits, t, face, uv.reshape(-1, 2))
+
+    def closest_points(
+        self,
+        points: ArrayLike,
+        *,
+        max_distance: ArrayLike = np.inf,
+        progress: Progress = None,
+    ) -> Nearest:
+        """The point of the mesh that is nearest to each point.
+
+        It is that of exact arithmetic on the coordinates as they are given, of whatever size: of
+        faces that are equally near that with the lowest index counts, as around an edge or a
+        vertex. Faces without area count as the segments and points that they are. docs/numerics.md
+        derives it.
+
+        Args:
+            points: Shape (..., 3).
+            max_distance: Farthest that counts, itself included: a number, or shape (...).
+            progress: True for a bar, or a callable `progress(stage, done, total)` with the stage
+                "trace" and points.
+
+        Returns:
+            `distance`, `point`, `face`, `uv`, `feature`, `normal` and `found` of the points' leading
+            dimensions. Where nothing is near enough, and for a point with a NaN or an infinite
+            coordinate, the distance is infinite, the face -1, and the rest NaN.
+
+        Raises:
+            TypeError: For arrays of complex numbers, objects, strings, booleans or longdouble.
+            ValueError: For shapes that do not end in 3 or cannot be broadcast.
+            KeyboardInterrupt: On Ctrl-C.
+
+        Examples:
+            >>> import halfline
+            >>> scene = halfline.Scene([[0, 0, 0], [4, 0, 0], [0, 4, 0]], [[0, 1, 2]])
+            >>> near = scene.closest_points([[1, 1, 2], [-3, -4, 0]])
+            >>> near.distance, near.feature
+            (array([2., 5.]), array(['face', 'vertex'], dtype='<U6'))
+        """
+        shape, where, most = points_of(points, max_distance)
+        distance, face = np.empty(shape), np.empty(shape, dtype=np.int64)
+        point, uv = np.empty((*shape, 3)), np.empty((*shape, 2))
+        code = np.empty(shape, dtype=np.uint8)
+        with reporting(progress) as report:
+            self._native.closest_points(where, most, distance, point, face, uv, code, report)
+        return Nearest(self._mesh, distance, point, face, uv, code)
+
+    def signed_distance(
+        self, points: ArrayLike, *, progress: Progress = None
+    ) -> NDArray[np.float64]:
+        """How far each point is from the surface: negative inside, positive outside, 0 on it.
+
+        Inside is where `contains` is true, so it works for surfaces with holes as well.
+        `halfline.trimesh` and `halfline.open3d` keep the signs of their namesakes. Arguments and
+        exceptions are those of `closest_points`.
+
+        Returns:
+            The points' leading dimensions, float64. NaN for a point with a NaN or an infinite
+            coordinate; infinite where the mesh has no face.
+        """
+        shape, where, _ = points_of(points)
+        distance = np.empty(shape)
+        with reporting(progress) as report:
+            self._native.signed_distance(where, distance, report)
+        return distance
+
+    def winding_number(
+        self, points: ArrayLike, *, progress: Progress = None
+    ) -> NDArray[np.float64]:
+        """How often the surface winds around each point: 1 inside, 0 outside of a closed one.
+
+        It is the sum of the solid angles of all faces over that of the sphere, positive where their
+        vertices run counter-clockwise as seen from outside (A. Jacobson, L. Kavan, O. Sorkine-Hornung,
+        "Robust Inside-Outside Segmentation using Generalized Winding Numbers", 2013). For a closed
+        and consistently oriented surface it is exactly an integer; for others it is within 1e-9. It is
+        found by the crossings of one ray and the open boundary alone (Martens, Trettner,
+        Bessmeltsev, "The Antipodal Method for the Generalized Winding Number", 2026), which is kept
+        once it was asked for. Arguments and exceptions are those of `closest_points`.
+
+        Returns:
+            The points' leading dimensions, float64; NaN for a point with a NaN or an infinite
+            coordinate. On the surface, where it jumps, it is one of the values on both sides, or
+            between them.
+        """
+        shape, where, _ = points_of(points)
+        numbers = np.empty(shape)
+        with reporting(progress) as report:
+            self._native.winding_number(where, numbers, report)
+        return numbers
+
+    def contains(
+        self, points: ArrayLike, *, rule: str = "winding", progress: Progress = None
+    ) -> NDArray[np.bool_]:
+        """Whether each point is inside; what is on the surface is.
+
+        Arguments and exceptions are those of `closest_points`, and:
+
+        Args:
+            rule: "winding": the winding number is above one half, which is decided with certainty
+                for open surfaces too. "parity": a ray from the point crosses the surface an odd number
+                of times, whichever way its faces are oriented; for closed surfaces.
+
+        Returns:
+            The points' leading dimensions, bool; False for a point with a NaN or an infinite
+            coordinate.
+
+        Raises:
+            ValueError: For another rule.
+        """
+        shape, where, _ = points_of(points)
+        flags = np.empty(shape, dtype=np.bool_)
+        with reporting(progress) as report:
+            self._native.contains(where, rule, flags, report)
+        return flags
 
     def save(self, path: str | os.PathLike[str], *, progress: Progress = None) -> None:
         """Writes mesh and tree to a file, which `halfline.open` maps in no time.

@@ -4,7 +4,8 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use halfline::Preset;
-use halfline::columns::{HitColumns, RayColumns};
+use halfline::Inside;
+use halfline::columns::{ClosestPointColumns, HitColumns, RayColumns};
 use halfline::tree::Verify;
 use numpy::PyArray1;
 use pyo3::prelude::*;
@@ -205,6 +206,74 @@ impl Scene {
         let rays = columns!(py, count, origins, directions, t_min, t_max).with_image_width(width);
         ask!(py, count, progress, |observer| {
             self.scene.observed(observer).count_intersections_columns(&rays, counts)
+        })
+    }
+
+    #[pyo3(signature = (points, max_distance, distance, point, face, uv, feature, progress=None, /))]
+    fn closest_points(
+        &self,
+        py: Python,
+        points: VectorArray,
+        max_distance: NumberArray,
+        mut distance: Places<f64>,
+        mut point: Places<f64>,
+        mut face: Places<i64>,
+        mut uv: Places<f64>,
+        mut feature: Places<u8>,
+        progress: Progress,
+    ) -> PyResult<()> {
+        let (distance, face) = (distance.as_slice_mut()?, face.as_slice_mut()?);
+        let (point, uv) = (rows_mut(point.as_slice_mut()?)?, rows_mut(uv.as_slice_mut()?)?);
+        let (feature, count) = (feature.as_slice_mut()?, distance.len());
+        check_places(count, &[point.len(), face.len(), uv.len(), feature.len()])?;
+        let (points, max_distance) = (points.column()?, max_distance.column()?);
+        let nearest = ClosestPointColumns { distance, point, face, uv, feature };
+        ask!(py, count, progress, |observer| {
+            self.scene.observed(observer).closest_points_columns(points, max_distance, nearest)
+        })
+    }
+
+    #[pyo3(signature = (points, distance, progress=None, /))]
+    fn signed_distance(
+        &self,
+        py: Python,
+        points: VectorArray,
+        mut distance: Places<f64>,
+        progress: Progress,
+    ) -> PyResult<()> {
+        let (points, distance) = (points.column()?, distance.as_slice_mut()?);
+        ask!(py, distance.len(), progress, |observer| {
+            self.scene.observed(observer).signed_distances_columns(points, distance)
+        })
+    }
+
+    #[pyo3(signature = (points, numbers, progress=None, /))]
+    fn winding_number(
+        &self,
+        py: Python,
+        points: VectorArray,
+        mut numbers: Places<f64>,
+        progress: Progress,
+    ) -> PyResult<()> {
+        let (points, numbers) = (points.column()?, numbers.as_slice_mut()?);
+        ask!(py, numbers.len(), progress, |observer| {
+            self.scene.observed(observer).winding_numbers_columns(points, numbers)
+        })
+    }
+
+    #[pyo3(signature = (points, rule, flags, progress=None, /))]
+    fn contains(
+        &self,
+        py: Python,
+        points: VectorArray,
+        rule: &str,
+        mut flags: Places<bool>,
+        progress: Progress,
+    ) -> PyResult<()> {
+        let rule: Inside = rule.parse().map_err(|error| exception(py, error))?;
+        let (points, flags) = (points.column()?, flags.as_slice_mut()?);
+        ask!(py, flags.len(), progress, |observer| {
+            self.scene.observed(observer).contains_columns(points, rule, flags)
         })
     }
 
