@@ -124,6 +124,11 @@ bench-numpy: wheel venv data ## the Python package against trimesh + embreex and
 	@tools/install_wheel.sh .venv-wheel "$(target_dir)/wheels"
 	.venv-wheel/bin/python bench numpy $(OPTIONS)
 
+.PHONY: bench-nearest
+bench-nearest: wheel venv data ## closest points and winding numbers against Open3D, trimesh, libigl and FCPW
+	@tools/install_wheel.sh .venv-wheel "$(target_dir)/wheels"
+	.venv-wheel/bin/python bench nearest $(OPTIONS)
+
 .PHONY: bench-embree
 bench-embree: release venv data ## cast the same rays with halfline and Embree 4, in all its configurations
 	$(VENV)/bin/python bench embree --halfline "$(target_dir)/release/halfline" $(OPTIONS)

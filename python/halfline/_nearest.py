@@ -35,7 +35,8 @@ class Nearest:
     Attributes:
         distance: How far the nearest point is, shape (...), float64; 0 on the surface.
         point: The nearest point, shape (..., 3), float64.
-        face: The face that it belongs to, of several that with the lowest index, shape (...), int64.
+        face: The face that it belongs to, the one with the lowest index of several, shape (...),
+            int64.
         uv: Barycentric weights of the second and third vertex of the face, shape (..., 2), float64;
             the first has 1 - u - v.
     """
@@ -98,7 +99,9 @@ class Nearest:
 
     def __bool__(self) -> bool:
         if self.shape:
-            raise ValueError("what is near is neither true nor false: ask for .found.any() or .all()")
+            raise ValueError(
+                "what is near is neither true nor false: ask for .found.any() or .all()"
+            )
         return bool(self.face >= 0)
 
     def __getitem__(self, index: Any) -> Nearest:

@@ -226,9 +226,9 @@ class Scene:
                 "trace" and points.
 
         Returns:
-            `distance`, `point`, `face`, `uv`, `feature`, `normal` and `found` of the points' leading
-            dimensions. Where nothing is near enough, and for a point with a NaN or an infinite
-            coordinate, the distance is infinite, the face -1, and the rest NaN.
+            `distance`, `point`, `face`, `uv`, `feature`, `normal` and `found` of the points'
+            leading dimensions. Where nothing is near enough, and for a point with a NaN or an
+            infinite coordinate, the distance is infinite, the face -1, and the rest NaN.
 
         Raises:
             TypeError: For arrays of complex numbers, objects, strings, booleans or longdouble.
@@ -275,11 +275,12 @@ class Scene:
         """How often the surface winds around each point: 1 inside, 0 outside of a closed one.
 
         It is the sum of the solid angles of all faces over that of the sphere, positive where their
-        vertices run counter-clockwise as seen from outside (A. Jacobson, L. Kavan, O. Sorkine-Hornung,
-        "Robust Inside-Outside Segmentation using Generalized Winding Numbers", 2013). For a closed
-        and consistently oriented surface it is exactly an integer; for others it is within 1e-9. It is
-        found by the crossings of one ray and the open boundary alone (Martens, Trettner,
-        Bessmeltsev, "The Antipodal Method for the Generalized Winding Number", 2026), which is kept
+        vertices run counter-clockwise as seen from outside (A. Jacobson, L. Kavan, O.
+        Sorkine-Hornung, "Robust Inside-Outside Segmentation using Generalized Winding Numbers",
+        2013). For a closed and consistently oriented surface it is exactly an integer; for others
+        it is within 1e-9. It is found by the crossings of one ray and the open boundary alone
+        (Martens, Trettner, Bessmeltsev, "The Antipodal Method for the Generalized Winding Number",
+        2026), which is kept
         once it was asked for. Arguments and exceptions are those of `closest_points`.
 
         Returns:
@@ -298,19 +299,21 @@ class Scene:
     ) -> NDArray[np.bool_]:
         """Whether each point is inside; what is on the surface is.
 
-        Arguments and exceptions are those of `closest_points`, and:
-
         Args:
-            rule: "winding": the winding number is above one half, which is decided with certainty
-                for open surfaces too. "parity": a ray from the point crosses the surface an odd number
-                of times, whichever way its faces are oriented; for closed surfaces.
+            points: Shape (..., 3).
+            rule: "winding": the winding number is above one half, which is decided with certainty,
+                for open surfaces too. "parity": a ray from the point crosses the surface an odd
+                number of times, whichever way its faces are oriented; for closed surfaces.
+            progress: As for `closest_points`.
 
         Returns:
             The points' leading dimensions, bool; False for a point with a NaN or an infinite
             coordinate.
 
         Raises:
-            ValueError: For another rule.
+            ValueError: For another rule, and as `closest_points`.
+            TypeError: As `closest_points`.
+            KeyboardInterrupt: On Ctrl-C.
         """
         shape, where, _ = points_of(points)
         flags = np.empty(shape, dtype=np.bool_)

@@ -10,7 +10,7 @@ import numpy as np
 from dask.base import DaskMethodsMixin, tokenize
 from numpy.typing import DTypeLike, NDArray
 
-from halfline._hits import Hits, _surface
+from halfline._hits import Hits, surface_of
 from halfline._scene import Scene
 from halfline.dask._trees import Tree, scene_of
 
@@ -208,8 +208,8 @@ def _uv(records: NDArray[Any]) -> NDArray[np.float64]:
 
 
 def _point(records: NDArray[Any], *, tree: Tree) -> NDArray[np.float64]:
-    return _surface(scene_of(tree).mesh, records["face"], records["uv"]).point
+    return surface_of(scene_of(tree).mesh, records["face"], records["uv"]).point
 
 
 def _normal(records: NDArray[Any], *, tree: Tree) -> NDArray[np.float64]:
-    return _surface(scene_of(tree).mesh, records["face"], records["uv"]).normal
+    return surface_of(scene_of(tree).mesh, records["face"], records["uv"]).normal
