@@ -99,7 +99,7 @@ def test_the_lowest_of_equal_vertices_is_nearest() -> None:
     twice = trimesh.Trimesh(
         [[1, 0, 0], [0, 0, 0], [0, 0, 0], [0, 1, 0]], [[0, 1, 3]], process=False
     )
-    distance, vertex = ProximityQuery(twice).vertex([[0, 0, 2], [0.5, 0, 0]])
+    distance, vertex = ProximityQuery(twice).vertex([[0.0, 0.0, 2.0], [0.5, 0.0, 0.0]])
     assert distance.tolist() == [2.0, 0.5]
     assert vertex.tolist() == [1, 0]
 
