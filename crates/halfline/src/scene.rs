@@ -1,10 +1,12 @@
 //! What users hold: a mesh with its tree, and the questions one can ask it.
 
+mod inside;
+
 use std::fmt;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;
 use std::sync::atomic::{AtomicUsize, Ordering};
-use std::sync::{Arc, Once};
+use std::sync::{Arc, Once, OnceLock};
 use std::time::{Duration, Instant};
 
 use crate::batch;
@@ -21,6 +23,7 @@ use crate::traverse::Target;
 pub use crate::traverse::{Caster, HitColumns};
 use crate::tree::file as tree_file;
 use crate::tree::{Tree, TreeFile, TreeStatistics, Verify};
+pub use inside::{Boundary, Inside, WindingParts};
 
 /// A mesh and the tree over it, ready for rays.
 ///
@@ -40,6 +43,7 @@ pub struct Scene {
     build_time: Duration,
     level: Level,
     file: Option<TreeFile>,
+    boundary: OnceLock<Boundary>,
 }
 
 /// How many calls of [`Scene::guarded`] are under way for scenes from files.
@@ -108,7 +112,15 @@ impl Scene {
         let level = Level::chosen()?;
         let tree_file::Opened { mesh, tree, parameters, build_time, file } =
             tree_file::open(path.as_ref(), verify, observer)?;
-        Ok(Scene { mesh: Arc::new(mesh), tree, parameters, build_time, level, file: Some(file) })
+        Ok(Scene {
+            mesh: Arc::new(mesh),
+            tree,
+            parameters,
+            build_time,
+            level,
+            file: Some(file),
+            boundary: OnceLock::new(),
+        })
     }
 
     /// Writes mesh and tree to a file, from which [`Scene::open`] has them back at once. The file appears
@@ -288,7 +300,15 @@ impl<'a> SceneBuilder<'a> {
         let level = Level::chosen()?;
         let tree = builder::build(&mesh, &parameters, level, observer)?;
         let build_time = start.elapsed();
-        Ok(Scene { mesh, tree, parameters, build_time, level, file: None })
+        Ok(Scene {
+            mesh,
+            tree,
+            parameters,
+            build_time,
+            level,
+            file: None,
+            boundary: OnceLock::new(),
+        })
     }
 }
 
