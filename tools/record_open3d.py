@@ -107,6 +107,13 @@ def answers(arrays: Arrays, asked: Arrays) -> Arrays:
         "count_none": scene.count_intersections(ray_tensor[:0]),
         "occupancy": closed.compute_occupancy(points),
         "occupancy_voted": closed.compute_occupancy(points, nsamples=3),
+        "empty_closest": open3d.t.geometry.RaycastingScene().compute_closest_points(points),
+        "closest": scene.compute_closest_points(points),
+        "closest_none": scene.compute_closest_points(points[:0]),
+        "distance": scene.compute_distance(points),
+        "distance_none": scene.compute_distance(points[:0]),
+        "signed_distance": closed.compute_signed_distance(points),
+        "signed_distance_voted": closed.compute_signed_distance(points, nsamples=3),
     }
     for name, camera in cameras().items():
         found[f"pinhole_{name}"] = scene.create_rays_pinhole(*camera)

@@ -20,7 +20,8 @@ _NONE = 255
 FEATURES = ("face", "edge", "vertex")
 """By their codes."""
 
-_WORDS = np.array([*FEATURES, ""])
+WORDS = np.array([*FEATURES, ""])
+"""By their codes; empty for what is near to nothing."""
 
 
 class Nearest:
@@ -78,7 +79,7 @@ class Nearest:
     @property
     def feature(self) -> NDArray[np.str_]:
         """What of the face is nearest: "face" for its inside, "edge" or "vertex", shape (...)."""
-        return np.asarray(_WORDS[np.minimum(self._code, len(FEATURES))])
+        return np.asarray(WORDS[np.minimum(self._code, len(FEATURES))])
 
     @property
     def normal(self) -> NDArray[np.float64]:

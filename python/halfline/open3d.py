@@ -3,6 +3,7 @@
     scene = halfline.open3d.RaycastingScene()
     scene.add_triangles(vertices, triangles)
     distances = scene.cast_rays(rays)["t_hit"]    # rays (..., 6); inf where nothing is hit
+    distances = scene.compute_signed_distance(points)    # points (..., 3); negative inside
 
 Rays and answers are NumPy arrays. Open3D's tensors and meshes are taken too; Open3D itself is not
 imported here.
@@ -10,12 +11,13 @@ imported here.
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple, NoReturn, overload
+from typing import Any, NamedTuple, overload
 
 import numpy as np
 from numpy.typing import NDArray
 
 from halfline._arrays import FloatArray, floats
+from halfline._inside import is_enclosed
 from halfline._mesh import Mesh
 from halfline._pinhole import Given, rays_through, towards, untensored
 from halfline._scene import Scene
@@ -44,11 +46,15 @@ class RaycastingScene:
     - A ray through an edge or a vertex that faces share crosses the surface there once; Open3D may
       count none, one or several. A ray that only touches a closed surface there does not cross it.
     - `list_intersections` sorts the hits of each ray, which Open3D lists in any order.
-    - A single ray, of shape (6,), is answered, and so is `list_intersections` of no rays, which
-      ends the process in Open3D.
+    - A single ray or point, of shape (6,) or (3,), is answered, and so is `list_intersections` of
+      no rays, which ends the process in Open3D.
     - Wrong arguments raise ValueError and TypeError, where Open3D raises RuntimeError; so do
       indices that have no vertex, at which Open3D reads what is not there.
-    - Closest points and distances are not answered yet.
+    - Of equally near faces that with the lowest IDs is told; Open3D tells any.
+    - Inside is where a ray crosses the surface an odd number of times, without Open3D's errors on
+      rays through edges. Meshes with holes have an inside as well: where the winding number is odd
+      when rounded.
+    - Where a scene has no triangle, distances are infinite; Open3D's are those to the origin.
 
     The tree is built by the first question after geometry was added. Questions may be asked from
     many threads at once, but not while geometry is added.
@@ -185,18 +191,78 @@ class RaycastingScene:
             "primitive_uvs": hits.uv.astype(array.dtype, copy=False),
         }
 
-    def compute_occupancy(
-        self, query_points: Given, nthreads: int = 0, nsamples: int = 1
-    ) -> NDArray[Any]:
-        """Whether points lie inside, by the parity of crossings along rays from them.
-
-        In closed meshes that do not meet each other one ray is exact, but for points on the
-        surface, for which the answer may be either.
+    def compute_closest_points(
+        self, query_points: Given, nthreads: int = 0
+    ) -> dict[str, NDArray[Any]]:
+        """The point of all geometry that is nearest to each point.
 
         Args:
             query_points: Shape (..., 3), float32 or float64.
             nthreads: Has no effect.
-            nsamples: How many rays of each point vote; more can help where meshes have holes. Odd.
+
+        Returns:
+            `points`, the nearest points, shape (..., 3); `geometry_ids` and `primitive_ids`, shape
+            (...), uint32; `primitive_uvs`, barycentric weights of the second and third vertex,
+            shape (..., 2), and `primitive_normals`, of length one, shape (..., 3). Where there is
+            no triangle, and for a point with a NaN or an infinite coordinate, IDs are INVALID_ID
+            and the rest zero. Floats are of the dtype of the points.
+
+        Raises:
+            TypeError: For arrays that are not of real numbers, or of longdouble.
+            ValueError: For other shapes.
+        """
+        points = _array("query_points", query_points, 3)
+        built = self._build()
+        near = built.scene.closest_points(points)
+        geometry, primitive = self._ids(built, near.face)
+        found = near.found[..., None]
+        return {
+            "points": np.where(found, near.point, 0.0).astype(points.dtype, copy=False),
+            "geometry_ids": geometry,
+            "primitive_ids": primitive,
+            "primitive_uvs": np.where(found, near.uv, 0.0).astype(points.dtype, copy=False),
+            "primitive_normals": _numbers(near.normal).astype(points.dtype, copy=False),
+        }
+
+    def compute_distance(self, query_points: Given, nthreads: int = 0) -> NDArray[Any]:
+        """How far points are from the nearest triangle.
+
+        Arguments and exceptions are those of `compute_closest_points`.
+
+        Returns:
+            Shape (...), of the dtype of the points: 0 on a surface, infinite where there is no
+            triangle, and NaN for a point with a NaN or an infinite coordinate.
+        """
+        points = _array("query_points", query_points, 3)
+        return self._distance(points).astype(points.dtype, copy=False)
+
+    def compute_signed_distance(
+        self, query_points: Given, nthreads: int = 0, nsamples: int = 1
+    ) -> NDArray[Any]:
+        """How far points are from the nearest triangle: negative inside.
+
+        Inside is what `compute_occupancy` says. Arguments and exceptions are its.
+
+        Returns:
+            As `compute_distance`.
+        """
+        points = _array("query_points", query_points, 3)
+        _check_samples(nsamples)
+        distance = self._distance(points)
+        is_negative = is_enclosed(self._build().scene, points) & (distance > 0.0)
+        return np.where(is_negative, -distance, distance).astype(points.dtype, copy=False)
+
+    def compute_occupancy(
+        self, query_points: Given, nthreads: int = 0, nsamples: int = 1
+    ) -> NDArray[Any]:
+        """Whether points lie inside.
+
+        Exactly, if the geometry has no holes: then points on the surface are inside.
+
+        Args:
+            query_points: Shape (..., 3), float32 or float64.
+            nthreads: Has no effect.
+            nsamples: Has no effect, since there is nothing to vote on, but must be odd.
 
         Returns:
             1 for a point inside, else 0, shape (...), of the dtype of the points.
@@ -206,39 +272,13 @@ class RaycastingScene:
             ValueError: For other shapes, and for numbers of rays that are not odd.
         """
         points = _array("query_points", query_points, 3)
-        if nsamples < 1 or nsamples % 2 == 0:
-            raise ValueError(f"nsamples: expected an odd number of rays, found {nsamples}")
-        scene = self._build().scene
-        votes = np.zeros(points.shape[:-1], dtype=np.int64)
-        for direction in np.random.default_rng(0).normal(size=(nsamples, 3)):
-            votes += scene.count_intersections(points, direction) & 1
-        return (2 * votes > nsamples).astype(points.dtype)
+        _check_samples(nsamples)
+        return is_enclosed(self._build().scene, points).astype(points.dtype)
 
-    def compute_closest_points(self, query_points: Given, nthreads: int = 0) -> NoReturn:
-        """Not answered yet.
-
-        Raises:
-            NotImplementedError: Always.
-        """
-        raise _no_closest_point("compute_closest_points")
-
-    def compute_distance(self, query_points: Given, nthreads: int = 0) -> NoReturn:
-        """Not answered yet.
-
-        Raises:
-            NotImplementedError: Always.
-        """
-        raise _no_closest_point("compute_distance")
-
-    def compute_signed_distance(
-        self, query_points: Given, nthreads: int = 0, nsamples: int = 1
-    ) -> NoReturn:
-        """Not answered yet.
-
-        Raises:
-            NotImplementedError: Always.
-        """
-        raise _no_closest_point("compute_signed_distance")
+    def _distance(self, points: FloatArray) -> NDArray[np.float64]:
+        distance = self._build().scene.closest_points(points).distance
+        is_finite = np.isfinite(points).all(axis=-1)
+        return np.where(is_finite, distance, np.nan)
 
     @overload
     @staticmethod
@@ -317,8 +357,14 @@ def _build(meshes: list[Mesh]) -> _Built:
     return _Built(Scene(vertices, indices), first_faces)
 
 
-def _no_closest_point(name: str) -> NotImplementedError:
-    return NotImplementedError(f"{name}: halfline does not find closest points yet")
+def _check_samples(nsamples: int) -> None:
+    if nsamples < 1 or nsamples % 2 == 0:
+        raise ValueError(f"nsamples: expected an odd number of rays, found {nsamples}")
+
+
+def _numbers(normals: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Normals with zeros where there are none."""
+    return np.nan_to_num(normals, nan=0.0)
 
 
 def _array(name: str, value: Any, width: int) -> FloatArray:

@@ -1,9 +1,12 @@
-"""A drop-in replacement for trimesh's ray casters.
+"""A drop-in replacement for trimesh's ray casters and proximity queries.
 
     mesh.ray = halfline.trimesh.RayMeshIntersector(mesh)
+    mesh.nearest = halfline.trimesh.ProximityQuery(mesh)
 
-Everything in trimesh that goes through `mesh.ray` then asks halfline: `mesh.contains`,
-`trimesh.proximity.thickness`, voxels by rays. trimesh itself is not imported here.
+Everything in trimesh that goes through `mesh.ray` and `mesh.nearest` then asks halfline:
+`mesh.contains`, `trimesh.proximity.thickness`, registration, voxels by rays. `closest_point`,
+`signed_distance` and `contains` are functions of a mesh and points. trimesh itself is not imported
+here.
 """
 
 from __future__ import annotations
@@ -14,15 +17,24 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from halfline._arrays import FloatArray, floats
+from halfline._inside import is_enclosed
 from halfline._mesh import MeshLike
+from halfline._proximity import (
+    ProximityQuery,
+    closest_point,
+    contains,
+    rows_of_points,
+    signed_distance,
+)
 from halfline._scene import Scene
 
-__all__ = ["RayMeshIntersector"]
-
-# Along which `contains_points` counts crossings, and along which it asks again where counts differ.
-# Neither is special to any mesh.
-_FIRST_DIRECTION = (0.3128, 0.5871, 0.7466)
-_SECOND_DIRECTION = (-0.7213, 0.4127, 0.5562)
+__all__ = [
+    "ProximityQuery",
+    "RayMeshIntersector",
+    "closest_point",
+    "contains",
+    "signed_distance",
+]
 
 
 class _Hits(NamedTuple):
@@ -169,39 +181,24 @@ class RayMeshIntersector:
         return self.scene.occluded(*_rays(ray_origins, ray_directions))
 
     def contains_points(self, points: ArrayLike) -> NDArray[np.bool_]:
-        """Whether points lie inside the mesh, by the parity of crossings.
+        """Whether points lie inside the mesh.
 
-        In a closed mesh that is exact but for points on the surface, for which it may be either. In
-        one with holes the rays to both sides must agree, as in trimesh. If they do not, and one of
-        them hits nothing, the point is outside; else two other directions must agree.
+        In a mesh without holes that is the parity of the crossings of a ray, exactly, and a point
+        on the surface is inside. In one with holes, where trimesh's answer depends on what two rays
+        meet, it is whether the winding number is odd when rounded: the inside ends where half of
+        the sphere of directions is covered. Neither depends on which side faces are seen from.
 
         Args:
             points: Shape (n, 3).
 
         Returns:
-            Shape (n,), bool.
+            Shape (n,), bool; False for a point with a NaN or an infinite coordinate.
 
         Raises:
             TypeError: For arrays that are not of real numbers, or of longdouble.
             ValueError: For other shapes.
         """
-        array = floats("points", points, "(n, 3)")
-        if array.ndim != 2 or array.shape[1] != 3:
-            raise ValueError(f"points: expected shape (n, 3), found {array.shape}")
-        contains, unsure = self._between(array, _FIRST_DIRECTION)
-        if unsure.any():
-            contains[unsure] = self._between(array[unsure], _SECOND_DIRECTION)[0]
-        return contains
-
-    def _between(
-        self, points: FloatArray, direction: tuple[float, float, float]
-    ) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
-        """Which points have odd counts to both sides, and for which that cannot be said."""
-        ahead = self.scene.count_intersections(points, direction)
-        behind = self.scene.count_intersections(points, np.negative(direction))
-        differ = (ahead + behind) % 2 == 1
-        free = (ahead == 0) | (behind == 0)
-        return (ahead % 2 == 1) & ~differ, differ & ~free
+        return is_enclosed(self.scene, rows_of_points(points))
 
     def _hits(
         self,

@@ -1,7 +1,7 @@
 """What trimesh's own tests import as `generic`, which its source distribution leaves out.
 
 That module, and the models that it loads, are in trimesh's repository only. Here are the names that
-the tests of rays use, and models that have what those tests say of the originals.
+the tests of rays and proximity use, and models that have what those tests say of the originals.
 """
 
 from __future__ import annotations
@@ -10,6 +10,7 @@ import logging
 import tempfile
 import time
 import unittest
+from collections import deque
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
@@ -19,19 +20,28 @@ import numpy as np
 import trimesh
 
 __all__ = [
+    "Point",
+    "Polygon",
+    "Trimesh",
     "data",
+    "deque",
     "get_mesh",
+    "get_meshes",
     "log",
     "np",
     "random",
     "random_transforms",
     "time",
+    "tol",
+    "transforms",
     "trimesh",
     "unittest",
 ]
 
+Trimesh = trimesh.Trimesh
 log = logging.getLogger("trimesh")
-trimesh.constants.tol.strict = True
+tol = trimesh.constants.tol
+tol.strict = True
 
 
 def random(shape: Any) -> np.ndarray[Any, Any]:
@@ -46,6 +56,40 @@ def random_transforms(count: int, translate: float = 1000.0) -> Iterator[np.ndar
         motion = np.array(trimesh.transformations.random_rotation_matrix(turn))
         motion[:3, 3] = shift
         yield motion
+
+
+class Point:
+    """What there is of a point of shapely."""
+
+    def __init__(self, xy: Any) -> None:
+        self.xy = np.asarray(xy, dtype=np.float64)
+
+
+class Polygon:
+    """What there is of a polygon of shapely: a triangle, and a margin around it."""
+
+    def __init__(self, corners: Any, margin: float = 0.0) -> None:
+        self._corners = np.asarray(corners, dtype=np.float64)
+        self._margin = margin
+
+    def buffer(self, margin: float) -> Polygon:
+        """The triangle with a margin."""
+        return Polygon(self._corners, self._margin + margin)
+
+    def distance(self, point: Point) -> float:
+        """How far a point is from it; 0 inside."""
+        away = point.xy - self._corners
+        ways = np.roll(self._corners, -1, axis=0) - self._corners
+        sides = ways[:, 0] * away[:, 1] - ways[:, 1] * away[:, 0]
+        if (sides >= 0.0).all() or (sides <= 0.0).all():
+            return 0.0
+        along = np.clip((away * ways).sum(axis=1) / (ways * ways).sum(axis=1), 0.0, 1.0)
+        distance = np.linalg.norm(away - along[:, None] * ways, axis=1).min()
+        return max(float(distance) - self._margin, 0.0)
+
+    def intersects(self, point: Point) -> bool:
+        """Whether a point is in it."""
+        return self.distance(point) == 0.0
 
 
 def _block(low: float, high: float) -> Any:
@@ -98,6 +142,11 @@ def get_mesh(file_name: str, **options: Any) -> Any:
         return trimesh.load(str(path), **options)
 
 
+def get_meshes(count: int) -> Iterator[Any]:
+    """Some of the models."""
+    return (get_mesh(name) for name in [*_MODELS][:count])
+
+
 def _rays() -> dict[str, Any]:
     """Rays to cast at models by both of trimesh's intersectors."""
     names = ["unit_cube.STL", "unit_sphere.STL", "featuretype.STL", "teapot.stl"]
@@ -115,3 +164,4 @@ def _rays() -> dict[str, Any]:
 
 
 data = {"ray_data": _rays()}
+transforms = [*random_transforms(5)]

@@ -1,4 +1,4 @@
-"""A plugin of pytest that puts halfline's intersector in the place of trimesh's.
+"""A plugin of pytest that puts halfline's intersector and proximity in the place of trimesh's.
 
 It writes what became of each test, and how many questions the test asked halfline, to the file that
 HALFLINE_SWAP_REPORT names. Where HALFLINE_SWAP is "embree", trimesh's intersector in pure Python
@@ -10,16 +10,24 @@ from __future__ import annotations
 import json
 import os
 import sys
+from collections.abc import Callable
 from pathlib import Path
 from types import ModuleType
+from typing import Any
 
 import pytest
 import trimesh
 from halfline import Scene
-from halfline.trimesh import RayMeshIntersector
+from halfline.trimesh import ProximityQuery, RayMeshIntersector, closest_point, signed_distance
+from numpy.typing import ArrayLike
 
 _questions = 0
 _report: dict[str, dict[str, object]] = {}
+
+
+def _count() -> None:
+    global _questions
+    _questions += 1
 
 
 class Counted(RayMeshIntersector):
@@ -28,9 +36,37 @@ class Counted(RayMeshIntersector):
     @property
     def scene(self) -> Scene:
         """Every question begins here."""
-        global _questions
-        _questions += 1
+        _count()
         return super().scene
+
+
+class CountedQuery(ProximityQuery):
+    """Counts what it is asked."""
+
+    def on_surface(self, points: ArrayLike) -> Any:
+        """One of three questions."""
+        _count()
+        return super().on_surface(points)
+
+    def vertex(self, points: ArrayLike) -> Any:
+        """One of three questions."""
+        _count()
+        return super().vertex(points)
+
+    def signed_distance(self, points: ArrayLike) -> Any:
+        """One of three questions."""
+        _count()
+        return super().signed_distance(points)
+
+
+def counted(ask: Callable[..., Any]) -> Callable[..., Any]:
+    """A function that counts how often it is called."""
+
+    def asked(*arguments: Any, **options: Any) -> Any:
+        _count()
+        return ask(*arguments, **options)
+
+    return asked
 
 
 def pytest_configure() -> None:
@@ -43,6 +79,9 @@ def pytest_configure() -> None:
     sys.modules.update({bindings.__name__: bindings, embree.__name__: embree})
     trimesh.ray.ray_pyembree = embree
     trimesh.ray.has_embree = True
+    trimesh.proximity.ProximityQuery = CountedQuery
+    trimesh.proximity.closest_point = counted(closest_point)
+    trimesh.proximity.signed_distance = counted(signed_distance)
     if os.environ["HALFLINE_SWAP"] != "embree":
         trimesh.ray.ray_triangle.RayMeshIntersector = Counted
 

@@ -1,10 +1,11 @@
-"""The questions of `Scene` over Dask arrays of rays, and pictures drawn by a cluster.
+"""The questions of `Scene` over Dask arrays of rays and points, and pictures drawn by a cluster.
 
     import halfline.dask
 
     scene = halfline.open("scan.hlt")
     hits = halfline.dask.intersect(scene, origins, directions)  # dask arrays in, lazy
     nearest, face = dask.compute(hits.t.min(), hits.face)       # each ray is cast once
+    distance = halfline.dask.signed_distance(scene, points)     # of points, lazy as well
     image = scene.render(client=client)                         # or halfline.dask.render
 
 The answers are those of `Scene`, to the bit, whatever the chunks and whichever worker does what.
@@ -34,6 +35,8 @@ except ImportError as error:
     ) from None
 
 from halfline.dask._lazy_hits import LazyHits
+from halfline.dask._lazy_nearest import LazyNearest
+from halfline.dask._points import closest_points, contains, signed_distance, winding_number
 from halfline.dask._publish import publish, unpublish
 from halfline.dask._rays import count_intersections, intersect, occluded
 from halfline.dask._render import render
@@ -41,11 +44,16 @@ from halfline.dask._trees import MissingTreeError
 
 __all__ = [
     "LazyHits",
+    "LazyNearest",
     "MissingTreeError",
+    "closest_points",
+    "contains",
     "count_intersections",
     "intersect",
     "occluded",
     "publish",
     "render",
+    "signed_distance",
     "unpublish",
+    "winding_number",
 ]

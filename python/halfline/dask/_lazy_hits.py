@@ -2,23 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Hashable, Mapping, Sequence
 from typing import Any
 
 import dask.array as da
 import numpy as np
-from dask.base import DaskMethodsMixin, tokenize
-from numpy.typing import DTypeLike, NDArray
+from numpy.typing import NDArray
 
 from halfline._hits import Hits, surface_of
-from halfline._scene import Scene
+from halfline.dask._lazy_answers import LazyAnswers
 from halfline.dask._trees import Tree, scene_of
 
-# All of a hit, so that each ray is cast once whatever is asked of it.
 HIT = np.dtype([("t", np.float64), ("face", np.int64), ("uv", np.float64, (2,))])
 
 
-class LazyHits(DaskMethodsMixin):
+class LazyHits(LazyAnswers[Hits]):
     """The closest hit of each ray, not yet computed: what `Hits` has, as Dask arrays.
 
     A ray that hits nothing has `t` infinite, `face` -1, `uv` zero, and NaN for `point` and
@@ -29,28 +26,6 @@ class LazyHits(DaskMethodsMixin):
     `hits.compute()` and `dask.compute(hits)` give a `halfline.Hits`, `hits.persist()` the same as
     this whose rays are cast already or are being cast, on the cluster if there is one.
     """
-
-    def __init__(self, scene: Scene, tree: Tree, records: da.Array) -> None:
-        self._scene = scene
-        self._tree = tree
-        self._records = records
-
-    @property
-    def shape(self) -> tuple[int, ...]:
-        """The leading dimensions of the rays; NaN where Dask does not know them."""
-        shape: tuple[int, ...] = self._records.shape
-        return shape
-
-    @property
-    def ndim(self) -> int:
-        """How many leading dimensions there are."""
-        return len(self.shape)
-
-    @property
-    def chunks(self) -> tuple[tuple[int, ...], ...]:
-        """The sizes of the chunks along each of them."""
-        chunks: tuple[tuple[int, ...], ...] = self._records.chunks
-        return chunks
 
     @property
     def t(self) -> da.Array:
@@ -82,74 +57,16 @@ class LazyHits(DaskMethodsMixin):
         """Unit normals of the faces that were hit, shape (..., 3), float64; NaN for misses."""
         return self._part(_normal, np.float64, 3, tree=self._tree)
 
-    def _part(
-        self, function: Callable[..., Any], dtype: DTypeLike, width: int | None = None, **more: Tree
-    ) -> da.Array:
-        ndim = self.ndim
-        shape = (0,) * ndim if width is None else (0,) * ndim + (width,)
-        part: da.Array = da.map_blocks(
-            function,
-            self._records,
-            name=f"halfline-{function.__name__[1:]}-{tokenize(self._records.name, *more.values())}",
-            chunks=self.chunks if width is None else (*self.chunks, (width,)),
-            new_axis=None if width is None else [ndim],
-            meta=np.empty(shape, dtype=dtype),
-            dtype=dtype,
-            **more,
-        )
-        return part
+    @staticmethod
+    def _of_records(tree: Tree, records: NDArray[Any]) -> Hits:
+        return _hits_of(tree, _t(records), _face(records), _uv(records))
 
-    def __repr__(self) -> str:
-        return f"<halfline.dask.LazyHits of shape {self.shape}, chunks {self.chunks}>"
 
-    def compute(self, **options: Any) -> Hits:
-        """Casts the rays.
-
-        Args:
-            **options: As for `dask.compute`.
-        """
-        hits: Hits = super().compute(**options)
-        return hits
-
-    def persist(self, **options: Any) -> LazyHits:
-        """The same with the rays cast, or on a cluster being cast.
-
-        Args:
-            **options: As for `dask.persist`.
-        """
-        hits: LazyHits = super().persist(**options)
-        return hits
-
-    # The protocol of Dask's collections is that of the records.
-
-    def __dask_graph__(self) -> Any:
-        return self._records.__dask_graph__()
-
-    def __dask_keys__(self) -> list[Any]:
-        keys: list[Any] = self._records.__dask_keys__()
-        return keys
-
-    def __dask_layers__(self) -> Sequence[str]:
-        layers: Sequence[str] = self._records.__dask_layers__()
-        return layers
-
-    def __dask_tokenize__(self) -> tuple[str, Hashable]:
-        return "halfline.dask.LazyHits", self._records.name
-
-    @property
-    def __dask_optimize__(self) -> Any:
-        # The very function of arrays: what has another one is optimised, and so computed, apart.
-        return da.Array.__dask_optimize__
-
-    __dask_scheduler__ = staticmethod(da.Array.__dask_scheduler__)
-
-    def __dask_postcompute__(self) -> tuple[Callable[..., Hits], tuple[Any, ...]]:
-        finalize, more = self._records.__dask_postcompute__()
-        return _hits_of_results, (self._tree, finalize, more)
-
-    def __dask_postpersist__(self) -> tuple[Callable[..., LazyHits], tuple[Any, ...]]:
-        rebuild, more = self._records.__dask_postpersist__()
-        return _persisted, (self._scene, self._tree, rebuild, more)
+def records_of_hits(hits: Hits) -> NDArray[Any]:
+    """One record for each ray."""
+    records = np.empty(hits.shape, dtype=HIT)
+    records["t"], records["face"], records["uv"] = hits.t, hits.face, hits.uv
+    return records
 
 
 class _FileHits(Hits):
@@ -169,26 +86,6 @@ def _hits_of(
     hits = _FileHits(scene_of(tree).mesh, t, face, uv)
     hits._tree = tree
     return hits
-
-
-def _hits_of_results(
-    results: Any, tree: Tree, finalize: Callable[..., Any], more: tuple[Any, ...]
-) -> Hits:
-    records = np.asarray(finalize(results, *more))
-    return _hits_of(tree, _t(records), _face(records), _uv(records))
-
-
-def _persisted(
-    graph: Mapping[Any, Any],
-    scene: Scene,
-    tree: Tree,
-    rebuild: Callable[..., Any],
-    more: tuple[Any, ...],
-    *,
-    rename: Mapping[str, str] | None = None,
-) -> LazyHits:
-    records = rebuild(graph, *more, **({} if rename is None else {"rename": rename}))
-    return LazyHits(scene, tree, records)
 
 
 def _t(records: NDArray[Any]) -> NDArray[np.float64]:

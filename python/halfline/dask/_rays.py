@@ -2,20 +2,17 @@
 
 from __future__ import annotations
 
-import math
 import os
-from collections.abc import Mapping
 from typing import Any
 
 import dask.array as da
 import numpy as np
 from numpy.typing import ArrayLike
 
-from halfline._arrays import float_type
-from halfline._hits import Hits
 from halfline._scene import Scene
-from halfline.dask._lazy_hits import HIT, LazyHits
-from halfline.dask._trees import Tree, scene_of, tree_of
+from halfline.dask._chunks import ask_of_chunks
+from halfline.dask._lazy_hits import HIT, LazyHits, records_of_hits
+from halfline.dask._trees import Tree, tree_of
 
 
 def intersect(
@@ -56,8 +53,8 @@ def intersect(
         MissingTreeError: When computed by a worker that has no such file.
     """
     tree, scene = tree_of(scene)
-    records = _ask("intersect", tree, HIT, origins, directions, t_min, t_max)
-    return LazyHits(scene, tree, records)
+    rays = origins, directions, t_min, t_max
+    return LazyHits(scene, tree, _ask("intersect", tree, HIT, *rays, pack=records_of_hits))
 
 
 def occluded(
@@ -106,86 +103,8 @@ def _ask(
     directions: Any,
     t_min: Any,
     t_max: Any,
+    **options: Any,
 ) -> da.Array:
-    """A question of `Scene` as one task for each chunk of rays."""
-    columns = {
-        "origins": _vectors("origins", origins),
-        "directions": _vectors("directions", directions),
-        "t_min": _numbers("t_min", t_min),
-        "t_max": _numbers("t_max", t_max),
-    }
-    leading = {
-        name: column.shape[:-1] if name in ("origins", "directions") else column.shape
-        for name, column in columns.items()
-        if not isinstance(column, float)
-    }
-    ndim = max(map(len, leading.values()))
-    _check_broadcast(leading)
-
-    # Axes count from the last leading one, since shapes are broadcast from there.
-    arguments: list[Any] = []
-    for name, column in columns.items():
-        if isinstance(column, float):
-            arguments += [column, None]
-        else:
-            axes = tuple(range(ndim - len(leading[name]), ndim))
-            arguments += [column, (*axes, ndim) if name in ("origins", "directions") else axes]
-    is_known = all(not math.isnan(size) for shape in leading.values() for size in shape)
-    answers: da.Array = da.blockwise(
-        _answer,
-        tuple(range(ndim)),
-        *arguments,
-        token=f"halfline-{question}",
-        question=question,
-        tree=tree,
-        # Chunks of unknown sizes cannot be cut to fit; where there are as many they are taken as
-        # equal.
-        align_arrays=is_known,
-        concatenate=True,
-        meta=np.empty((0,) * ndim, dtype=dtype),
-        dtype=dtype,
-    )
-    return answers
-
-
-def _answer(
-    origins: Any, directions: Any, t_min: Any, t_max: Any, *, question: str, tree: Tree
-) -> Any:
-    """The task: what a scene answers to a chunk of rays."""
-    answer = getattr(scene_of(tree), question)(origins, directions, t_min=t_min, t_max=t_max)
-    if not isinstance(answer, Hits):
-        return answer
-    records = np.empty(answer.shape, dtype=HIT)
-    records["t"], records["face"], records["uv"] = answer.t, answer.face, answer.uv
-    return records
-
-
-def _vectors(name: str, value: Any) -> da.Array:
-    array = _array(name, value)
-    if array.ndim == 0 or array.shape[-1] != 3:
-        raise ValueError(f"{name}: expected shape (..., 3), found {array.shape}")
-    return array.rechunk({array.ndim - 1: 3}) if array.numblocks[-1] > 1 else array
-
-
-def _numbers(name: str, value: Any) -> da.Array | float:
-    if isinstance(value, (int, float)) and not isinstance(value, bool):
-        return float(value)
-    return _array(name, value)
-
-
-def _array(name: str, value: Any) -> da.Array:
-    array = value if isinstance(value, da.Array) else da.asarray(value)
-    float_type(name, array.dtype)
-    return array
-
-
-def _check_broadcast(leading: Mapping[str, tuple[int, ...]]) -> None:
-    known = [tuple(1 if math.isnan(n) else n for n in shape) for shape in leading.values()]
-    try:
-        np.broadcast_shapes(*known)
-    except ValueError:
-        found = ", ".join(f"{name} {shape}" for name, shape in leading.items() if shape)
-        raise ValueError(
-            "origins, directions, t_min, t_max: expected leading dimensions that broadcast "
-            f"together, found {found}"
-        ) from None
+    vectors = {"origins": origins, "directions": directions}
+    numbers = {"t_min": t_min, "t_max": t_max}
+    return ask_of_chunks(question, tree, dtype, vectors, numbers, **options)
