@@ -14,14 +14,10 @@ from halfline._html import table
 if TYPE_CHECKING:
     from halfline._mesh import Mesh
 
-_NONE = 255
-"""The code of a point that is near to nothing."""
-
 FEATURES = ("face", "edge", "vertex")
 """By their codes."""
 
 WORDS = np.array([*FEATURES, ""])
-"""By their codes; empty for what is near to nothing."""
 
 
 class Nearest:
@@ -79,7 +75,7 @@ class Nearest:
     @property
     def feature(self) -> NDArray[np.str_]:
         """What of the face is nearest: "face" for its inside, "edge" or "vertex", shape (...)."""
-        return np.asarray(WORDS[np.minimum(self._code, len(FEATURES))])
+        return words_of(self.face, self._code)
 
     @property
     def normal(self) -> NDArray[np.float64]:
@@ -148,13 +144,6 @@ class Nearest:
         return table("Nearest", [("shape", str(self.shape)), *self._figures()])
 
 
-def nothing(mesh: Mesh, shape: tuple[int, ...]) -> Nearest:
-    """Room for answers, filled as those of points that are near to nothing."""
-    return Nearest(
-        mesh,
-        np.full(shape, np.inf),
-        np.full((*shape, 3), np.nan),
-        np.full(shape, -1, dtype=np.int64),
-        np.full((*shape, 2), np.nan),
-        np.full(shape, _NONE, dtype=np.uint8),
-    )
+def words_of(face: NDArray[np.int64], code: NDArray[np.uint8]) -> NDArray[np.str_]:
+    """The features of faces by their codes; empty for no face."""
+    return np.asarray(WORDS[np.where(face < 0, len(FEATURES), code)])

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from halfline._hits import surface_of
-from halfline._nearest import WORDS, Nearest
+from halfline._nearest import WORDS, Nearest, words_of
 from halfline.dask._lazy_answers import LazyAnswers
 from halfline.dask._trees import Tree, scene_of
 
@@ -119,7 +119,7 @@ def _near_uv(records: NDArray[Any]) -> NDArray[np.float64]:
 
 
 def _feature(records: NDArray[Any]) -> NDArray[np.str_]:
-    return np.asarray(WORDS[np.minimum(records["code"], len(WORDS) - 1)])
+    return words_of(records["face"], records["code"])
 
 
 def _found(records: NDArray[Any]) -> NDArray[np.bool_]:
