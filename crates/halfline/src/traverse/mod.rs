@@ -20,8 +20,9 @@ mod verdict;
 
 pub use answers::{Answers, CancelCheck, FoundHits, HitColumns, HitCounts};
 pub use cast::{Cast, Target, Visit, record_visits};
-pub use prefetch::PrefetchTuner;
+pub use prefetch::{PrefetchChoice, PrefetchTuner, Prefetcher};
 pub use query::{AllContacts, AnyHit, ClosestHit, Query};
 pub use single::{Caster, RayCounters};
-pub use stream::cast;
+pub use stack::Stacks;
+pub use stream::{SLOTS, cast, next_slot};
 pub use verdict::{LeafVerdict, leaf_verdict};
