@@ -4,7 +4,7 @@
 The house has one direction. A room (a folder or file under crates/halfline/src) imports only
 rooms of the levels below its own:
 
-    explain -> scene -> batch -> traverse, builder -> intersect -> rays -> tree
+    explain -> scene -> batch -> nearest -> traverse, builder -> intersect -> rays -> tree
           -> numeric, simd -> mesh -> geometry, storage
 
 Rooms of one level do not know each other: building must not lean on traversal, nor the numeric
@@ -35,6 +35,7 @@ LEVELS: list[set[str]] = [
     {"explain"},
     {"scene"},
     {"batch"},
+    {"nearest"},
     {"traverse", "builder"},
     {"intersect"},
     {"rays"},

@@ -5,9 +5,9 @@
 
 use rayon::prelude::*;
 
-use crate::geometry::{Hit, Ray, Vec3};
+use crate::geometry::{ClosestPoint, Hit, Ray, Vec3};
 use crate::mesh::Mesh;
-use crate::numeric::{Contact, PreparedRay, Touch, complete_hits, is_nearer};
+use crate::numeric::{Contact, NearestPart, PreparedRay, Touch, complete_hits, is_nearer};
 
 /// The closest hit of each ray; of hits with equal t the one with the lowest face index.
 pub fn intersect(mesh: &Mesh, rays: &[Ray]) -> Vec<Hit> {
@@ -61,4 +61,27 @@ fn for_each_contact(mesh: &Mesh, ray: &PreparedRay, mut found: impl FnMut(Contac
             found(contact, face);
         }
     }
+}
+
+/// The closest point for each of some points, if it is no farther than `max_distance`; of equally close faces the
+/// lowest.
+pub fn closest_points(mesh: &Mesh, points: &[Vec3], max_distance: f64) -> Vec<ClosestPoint> {
+    points.par_iter().map(|&point| closest_point(mesh, point, max_distance)).collect()
+}
+
+/// The closest point for one point.
+fn closest_point(mesh: &Mesh, point: Vec3, max_distance: f64) -> ClosestPoint {
+    let mut nearest: Option<NearestPart> = None;
+    let is_valid = point.is_finite() && max_distance >= 0.0;
+    for face in (0..mesh.triangle_count() as u32).filter(|_| is_valid) {
+        let corners = mesh.corners(face);
+        if corners.into_iter().all(Vec3::is_finite) {
+            let part = NearestPart::of(point, face, corners);
+            if nearest.is_none_or(|nearest| part.is_before(point, &nearest)) {
+                nearest = Some(part);
+            }
+        }
+    }
+    let answer = nearest.map_or(ClosestPoint::NONE, |part| part.closest_point(point));
+    if answer.distance <= max_distance { answer } else { ClosestPoint::NONE }
 }

@@ -135,6 +135,7 @@ pub mod explain;
 pub mod geometry;
 mod intersect;
 pub mod mesh;
+mod nearest;
 pub mod numeric;
 pub mod progress;
 mod rays;
@@ -148,7 +149,7 @@ pub mod tree;
 
 pub use error::{Error, Result};
 #[doc(inline)]
-pub use geometry::{Aabb, Hit, HitF32, Ray, RayF32, Vec3, vec3};
+pub use geometry::{Aabb, ClosestPoint, Feature, Hit, HitF32, Ray, RayF32, Vec3, vec3};
 #[doc(inline)]
 pub use mesh::Mesh;
 #[doc(inline)]
@@ -164,7 +165,9 @@ pub use tree::{BuildParameters, Preset};
 /// Rays and answers as columns, an array for each of their numbers, as NumPy has them: for
 /// [`Observed::intersect_columns`] and its neighbours.
 pub mod columns {
-    pub use crate::scene::{AllHitColumns, Column, HitColumns, RayColumns, Scalars, Vectors};
+    pub use crate::scene::{
+        AllHitColumns, ClosestPointColumns, Column, HitColumns, RayColumns, Scalars, Vectors,
+    };
 }
 
 /// The example of the README, which is compiled and run as this page's are.

@@ -1,10 +1,12 @@
 //! What users hold: a mesh with its tree, and the questions one can ask it.
 
+mod closest_points;
+
 use std::fmt;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;
 use std::sync::atomic::{AtomicUsize, Ordering};
-use std::sync::{Arc, Once};
+use std::sync::{Arc, Once, OnceLock};
 use std::time::{Duration, Instant};
 
 use crate::batch;
@@ -13,6 +15,7 @@ use crate::builder::{self, BuildParameters, Preset};
 use crate::error::Result;
 use crate::geometry::{Hit, HitF32, Ray, RayF32};
 use crate::mesh::Mesh;
+pub use crate::nearest::ClosestPointColumns;
 use crate::numeric::SurfacePoint;
 use crate::progress::{NoProgress, Observer};
 pub use crate::rays::{Column, RayColumns, Scalars, Vectors};
@@ -36,6 +39,8 @@ use crate::tree::{Tree, TreeFile, TreeStatistics, Verify};
 pub struct Scene {
     mesh: Arc<Mesh>,
     tree: Tree,
+    /// The tree over the faces without area, once it was asked for.
+    without_area: OnceLock<Tree>,
     parameters: BuildParameters,
     build_time: Duration,
     level: Level,
@@ -108,7 +113,9 @@ impl Scene {
         let level = Level::chosen()?;
         let tree_file::Opened { mesh, tree, parameters, build_time, file } =
             tree_file::open(path.as_ref(), verify, observer)?;
-        Ok(Scene { mesh: Arc::new(mesh), tree, parameters, build_time, level, file: Some(file) })
+        let without_area = OnceLock::new();
+        let (mesh, file) = (Arc::new(mesh), Some(file));
+        Ok(Scene { mesh, tree, without_area, parameters, build_time, level, file })
     }
 
     /// Writes mesh and tree to a file, from which [`Scene::open`] has them back at once. The file appears
@@ -288,7 +295,8 @@ impl<'a> SceneBuilder<'a> {
         let level = Level::chosen()?;
         let tree = builder::build(&mesh, &parameters, level, observer)?;
         let build_time = start.elapsed();
-        Ok(Scene { mesh, tree, parameters, build_time, level, file: None })
+        let without_area = OnceLock::new();
+        Ok(Scene { mesh, tree, without_area, parameters, build_time, level, file: None })
     }
 }
 

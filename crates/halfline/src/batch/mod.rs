@@ -1,12 +1,17 @@
 //! Batches of rays over all threads. The answers do not depend on how many there are.
 
 mod all_hits;
+mod closest_points;
+
+use std::ops::Range;
 
 use rayon::prelude::*;
 
 pub use all_hits::{
     AllHitColumns, AllHits, AllHitsIter, count_hits, find_all_hits, find_all_hits_columns,
 };
+
+pub use closest_points::{closest_points, closest_points_columns};
 
 use crate::error::Result;
 use crate::geometry::{Hit, HitF32, Ray, RayF32};
@@ -68,16 +73,29 @@ fn in_chunks<P: Send, A: Send>(
     observer: &dyn Observer,
     work: impl Fn(Target, RaySource, P) -> A + Sync,
 ) -> Result<Vec<A>> {
+    let range = (source.len(), chunk_len);
+    in_ranges(target, range, parts, observer, |target, numbers, part| {
+        work(target, source.slice(numbers), part)
+    })
+}
+
+/// Answers about so many rays or points chunk by chunk, each a range of their numbers.
+fn in_ranges<P: Send, A: Send>(
+    target: Target,
+    (count, chunk_len): (usize, usize),
+    parts: Vec<P>,
+    observer: &dyn Observer,
+    work: impl Fn(Target, Range<usize>, P) -> A + Sync,
+) -> Result<Vec<A>> {
     let tuner = PrefetchTuner::default();
     let target = Target { tuner: Some(&tuner), ..target };
-    let count = source.len();
     let progress = SharedProgress::new(observer, Stage::Trace, count);
     observer.report(Stage::Trace, 0, count as u64);
     let one_chunk = |(chunk, part): (usize, P)| {
         progress.check()?;
-        let rays = source.slice(chunk * chunk_len..count.min((chunk + 1) * chunk_len));
-        let answer = work(target, rays, part);
-        progress.advance(rays.len())?;
+        let numbers = chunk * chunk_len..count.min((chunk + 1) * chunk_len);
+        let answer = work(target, numbers.clone(), part);
+        progress.advance(numbers.len())?;
         Ok(answer)
     };
     if parts.len() <= 1 {

@@ -36,7 +36,7 @@ mod spatial_split;
 mod subdivide;
 
 pub use crate::tree::{BuildParameters, Preset};
-pub(crate) use subdivide::build;
+pub(crate) use subdivide::{build, build_without_area};
 
 #[cfg(test)]
 mod tests {

@@ -10,14 +10,16 @@ use super::collapse::{Collapsed, collapse};
 use super::node::{BinaryNode, BinaryNodeKind, Children, Split};
 use super::object_split::{Item, ObjectSplit, halve, object_split_within, split_objects};
 use super::partition::{cut, share_out};
-use super::primitive_ref::{PrimitiveRef, ReferenceBuffer, Skipped, extent_of_all, references_of};
+use super::primitive_ref::{
+    PrimitiveRef, ReferenceBuffer, Skipped, box_of, extent_of_all, references_of,
+};
 use super::simd_bounds::{PrimitiveBounds, SimdBounds};
 use super::spatial_split::{SpatialSplit, blocks, cheapest_plane};
 use crate::error::{Error, Result};
-use crate::geometry::NO_FACE;
+use crate::geometry::{NO_FACE, Vec3};
 use crate::mesh::Mesh;
-use crate::numeric::Frame;
-use crate::progress::{Observer, Stage};
+use crate::numeric::{Frame, is_zero_area};
+use crate::progress::{NoProgress, Observer, Stage};
 use crate::simd::Level;
 use crate::storage::advise_huge_pages;
 use crate::tree::{
@@ -95,6 +97,32 @@ pub fn build(
         (builder.build_from(Content::Space { slots, count }, extent)?, skipped)
     };
     builder.finish(built, &skipped)
+}
+
+/// Builds a tree over the faces of a mesh that have no area, but finite corners: segments and points. It has object
+/// splits alone, since there is nothing to be cut.
+///
+/// # Errors
+/// As [`build`].
+pub fn build_without_area(mesh: &Mesh, parameters: &BuildParameters, level: Level) -> Result<Tree> {
+    let frame = Frame::around(&mesh.bounds());
+    let observer = &NoProgress;
+    let builder = Builder { mesh, frame, parameters, level, observer, done: 0.into() };
+    let faces = (0..mesh.triangle_count() as u32).into_par_iter();
+    let references: Vec<PrimitiveRef> = faces
+        .filter_map(|face| {
+            let corners = mesh.corners(face);
+            let is_finite = corners.into_iter().all(Vec3::is_finite);
+            (is_finite && is_zero_area(corners))
+                .then(|| PrimitiveRef::new(face, box_of(&frame, corners)))
+        })
+        .collect();
+    let mut slots = ReferenceBuffer::new(references.len());
+    let slots = &mut slots.as_mut()[..references.len()];
+    slots.copy_from_slice(&references);
+    let extent = extent_of_all(slots, level);
+    let built = builder.build_from(Content::ObjectSplitsOnly(slots), extent)?;
+    builder.finish(built, &Skipped::default())
 }
 
 /// A cell that is still to be divided.

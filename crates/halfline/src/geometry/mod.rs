@@ -1,6 +1,7 @@
 //! Plain values: points and vectors, rays, boxes, hits, transforms; and random ones.
 
 mod aabb;
+mod closest_point;
 mod hit;
 pub mod random;
 mod ray;
@@ -8,6 +9,7 @@ mod transform;
 mod vec3;
 
 pub use aabb::Aabb;
+pub use closest_point::{ClosestPoint, Feature};
 pub use hit::{Hit, HitF32, NO_FACE};
 pub use ray::{Ray, RayF32};
 pub use transform::Transform;

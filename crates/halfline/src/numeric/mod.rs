@@ -27,6 +27,7 @@
 //! [`SurfacePoint`] gives rays that leave a surface a start from which they do not hit it again.
 
 mod border;
+mod closest_point;
 mod double_double;
 mod edge_function;
 mod exact;
@@ -47,6 +48,7 @@ pub use ray_triangle::{
 pub use surface_point::SurfacePoint;
 
 pub(crate) use border::{Touch, complete_hits, has_edges};
+pub(crate) use closest_point::NearestPart;
 pub use double_double::UNIT_ROUNDOFF;
 pub(crate) use frame::{FRAME_ERROR, round_down, round_up};
 pub(crate) use power_of_two::{exponent_of, scale_vector, two_powers};

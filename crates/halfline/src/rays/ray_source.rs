@@ -64,7 +64,7 @@ pub struct RayColumns<'a> {
 
 impl<S, D> Column<'_, S, D> {
     /// A message if there are not `count` entries.
-    fn check(&self, what: &str, count: usize) -> Result<()> {
+    pub(crate) fn check(&self, what: &str, count: usize) -> Result<()> {
         let found = match self {
             Column::Same(_) => return Ok(()),
             Column::F32(entries) => entries.len(),
@@ -77,7 +77,7 @@ impl<S, D> Column<'_, S, D> {
     }
 
     /// The entries of some rays.
-    fn slice(&self, numbers: Range<usize>) -> Self
+    pub(crate) fn slice(&self, numbers: Range<usize>) -> Self
     where
         D: Copy,
     {
@@ -90,8 +90,9 @@ impl<S, D> Column<'_, S, D> {
 }
 
 impl Vectors<'_> {
+    /// One entry.
     #[inline(always)]
-    fn at(&self, number: usize) -> [f64; 3] {
+    pub(crate) fn at(&self, number: usize) -> [f64; 3] {
         match self {
             Column::Same(entry) => *entry,
             Column::F32(entries) => {
@@ -122,8 +123,9 @@ impl Vectors<'_> {
 }
 
 impl Scalars<'_> {
+    /// One entry.
     #[inline(always)]
-    fn at(&self, number: usize) -> f64 {
+    pub(crate) fn at(&self, number: usize) -> f64 {
         match self {
             Column::Same(entry) => *entry,
             Column::F32(entries) => f64::from(entries[number]),

@@ -72,13 +72,19 @@ impl<'a> CancelCheck<'a> {
         CancelCheck { observer, hits: 0, is_cancelled: false }
     }
 
+    /// Counts what was found, and may ask.
     #[inline(always)]
-    fn count(&mut self, hits: usize) {
+    pub fn count(&mut self, hits: usize) {
         self.hits += hits;
         if self.hits > HITS_PER_CHECK {
             self.hits = 0;
             self.is_cancelled = self.observer.cancelled();
         }
+    }
+
+    /// True if the observer wanted the end when asked last.
+    pub fn is_cancelled(&self) -> bool {
+        self.is_cancelled
     }
 }
 

@@ -99,6 +99,62 @@ impl BigFloat {
     }
 }
 
+impl BigFloat {
+    /// The largest k with 2^k <= |self|; `None` for zero.
+    fn binary_exponent(&self) -> Option<i32> {
+        let bits = bit_length(&self.limbs) as i32;
+        (bits > 0).then(|| bits + 64 * self.exponent - 1)
+    }
+
+    /// `self * 2^exponent`.
+    fn times_power_of_two(&self, exponent: i32) -> BigFloat {
+        let low = scale_by_power_of_two(1.0, exponent.rem_euclid(64));
+        let mut product = self.scaled(low);
+        product.exponent += exponent.div_euclid(64);
+        product
+    }
+
+    /// The double nearest to the root of `self / divisor`, ties to even: infinite beyond the largest double.
+    /// Neither number is negative, and `divisor` is not zero.
+    pub fn root_of_quotient(&self, divisor: &BigFloat) -> f64 {
+        let (Some(high), Some(low)) = (self.binary_exponent(), divisor.binary_exponent()) else {
+            return 0.0;
+        };
+
+        // Come near to it from a quotient near one.
+        let half = (high - low).div_euclid(2);
+        let near_one = self.times_power_of_two(-2 * half).quotient(divisor).sqrt();
+        let mut root = scale_by_power_of_two(near_one, half).min(f64::MAX);
+
+        // Step to the neighbour as long as what is halfway to it is on this side.
+        let halfway = |x: f64, y: f64| {
+            // Beyond the largest double as far as the doubles before it are apart.
+            let step = if y.is_finite() { y - x } else { x - x.next_down() };
+            BigFloat::from_double(x).plus(&BigFloat::from_double(step).times_power_of_two(-1))
+        };
+        let beyond = |middle: BigFloat| self.minus(&middle.times(&middle).times(divisor)).sign();
+        loop {
+            let is_odd = root.to_bits() & 1 == 1;
+            let above = beyond(halfway(root, root.next_up()));
+            if above > 0 || (above == 0 && is_odd) {
+                root = root.next_up();
+                if root.is_infinite() {
+                    return root;
+                }
+                continue;
+            }
+            if root == 0.0 {
+                return 0.0;
+            }
+            let below = beyond(halfway(root.next_down(), root));
+            if below > 0 || (below == 0 && !is_odd) {
+                return root;
+            }
+            root = root.next_down();
+        }
+    }
+}
+
 impl ExactNumber for BigFloat {
     fn difference(a: f64, b: f64) -> Self {
         BigFloat::from_double(a).minus(&BigFloat::from_double(b))

@@ -1,0 +1,173 @@
+//! One point through the tree: the plain loop.
+//!
+//! N. Roussopoulos, S. Kelley, F. Vincent, "Nearest Neighbor Queries", SIGMOD 1995: branch and bound by the distance
+//! to boxes, the nearest box first.
+//!
+//! ```text
+//! push the root
+//! while there is something on the stack:
+//!     pop; pass over what is farther than the nearest face so far
+//!     node: push the children, the nearest last
+//!     leaf: take the faces that are nearer, or as near and lower
+//! ```
+//!
+//! Different here: what is as near as the nearest is looked at too, since the lowest face counts; and distances to
+//! boxes err on the near side.
+
+use crate::geometry::{ClosestPoint, NO_FACE, Vec3};
+use crate::numeric::{NearestPart, UNIT_ROUNDOFF};
+use crate::traverse::{CancelCheck, Target};
+use crate::tree::{Bounds, NodeRef, Tree, panic_corrupt_tree};
+
+use super::questions::{Answers, PointSource};
+
+/// What points are held against.
+#[derive(Clone, Copy)]
+pub struct Surface<'a> {
+    /// The triangles.
+    pub target: Target<'a>,
+    /// A tree over the faces without area, if there are any: segments and points.
+    pub without_area: Option<&'a Tree>,
+}
+
+/// Error of the distance to a box in doubles, in terms of itself: a difference, a product, two sums and the root.
+const BOX_ERROR: f64 = 8.0 * UNIT_ROUNDOFF;
+
+/// Error of the distance to a box, in terms of the largest coordinate of the point in the frame: that of its
+/// coordinates, one rounding each.
+const POINT_ERROR: f64 = 2.0 * UNIT_ROUNDOFF;
+
+/// Distances in the frame below this are taken for zero: scaling may have lost some of their digits.
+const SMALLEST: f64 = 1e-30;
+
+/// Points farther away than this in the frame are held against every leaf.
+const FARTHEST: f64 = 1e100;
+
+/// A point and the nearest face so far.
+struct Walk<'a> {
+    tree: &'a Tree,
+    surface: Surface<'a>,
+    point: Vec3,
+    max_distance: f64,
+    nearest: Option<NearestPart>,
+}
+
+/// Answers about points one after another.
+pub fn answer_all(
+    surface: Surface,
+    source: PointSource,
+    mut answers: Answers,
+    cancel: &mut CancelCheck,
+) {
+    let mut pending = Vec::new();
+    for number in 0..answers.len() {
+        if cancel.is_cancelled() {
+            return;
+        }
+        let answer = match source.at(number) {
+            Some((point, max_distance)) => {
+                closest_point(surface, point, max_distance, &mut pending, cancel)
+            }
+            None => ClosestPoint::NONE,
+        };
+        answers.put(number, &answer);
+    }
+}
+
+/// The closest point, if it is no farther than `max_distance`, once both are doubles.
+fn closest_point(
+    surface: Surface,
+    point: Vec3,
+    max_distance: f64,
+    pending: &mut Vec<(NodeRef, f64)>,
+    cancel: &mut CancelCheck,
+) -> ClosestPoint {
+    let mut walk = Walk { tree: surface.target.tree, surface, point, max_distance, nearest: None };
+    walk.go(pending, cancel);
+    if let Some(tree) = surface.without_area {
+        walk.tree = tree;
+        walk.go(pending, cancel);
+    }
+    let answer = walk.nearest.map_or(ClosestPoint::NONE, |part| part.closest_point(point));
+    if answer.distance <= max_distance { answer } else { ClosestPoint::NONE }
+}
+
+impl Walk<'_> {
+    /// What lies farther away than this in the frame does not matter.
+    fn limit(&self) -> f64 {
+        // What is beyond the largest distance by less than a rounding is rounded to it.
+        let known = self.nearest.map_or(f64::INFINITY, |part| part.high);
+        let limit = known.min(self.max_distance.next_up()) * self.tree.frame.scale();
+        limit * (1.0 + BOX_ERROR) + SMALLEST
+    }
+
+    /// No point of the box is nearer than this in the frame.
+    fn distance_to_box(&self, place: Vec3, bounds: &Bounds) -> f64 {
+        let reach = place.abs().max_element();
+        // Not a number neither.
+        if !(reach < FARTHEST) {
+            return 0.0;
+        }
+        let mut square = 0.0;
+        for axis in 0..3 {
+            let (low, high) = (f64::from(bounds.min[axis]), f64::from(bounds.max[axis]));
+            let beyond = (low - place[axis]).max(place[axis] - high).max(0.0);
+            square += beyond * beyond;
+        }
+        square.sqrt() * (1.0 - BOX_ERROR) - POINT_ERROR * reach
+    }
+
+    fn go(&mut self, pending: &mut Vec<(NodeRef, f64)>, cancel: &mut CancelCheck) {
+        let tree = self.tree;
+        let place = tree.frame.point(self.point);
+        let mut limit = self.limit();
+        let mut steps = tree.max_steps();
+        pending.clear();
+        pending.push((tree.root, self.distance_to_box(place, &tree.bounds)));
+        while let Some((at, distance)) = pending.pop() {
+            if distance > limit || at == NodeRef::END {
+                continue;
+            }
+            if steps == 0 {
+                panic_corrupt_tree();
+            }
+            steps -= 1;
+            if at.is_leaf() {
+                for face in tree.faces(at.index()) {
+                    self.consider(face);
+                }
+                limit = self.limit();
+                cancel.count(crate::tree::BLOCK_SIZE);
+                if cancel.is_cancelled() {
+                    return;
+                }
+                continue;
+            }
+            let node = &tree.nodes[at.index()];
+            let first = pending.len();
+            for (lane, child) in node.children().enumerate() {
+                let distance = self.distance_to_box(place, &node.bounds(lane));
+                if distance <= limit {
+                    pending.push((child, distance));
+                }
+            }
+            pending[first..].sort_by(|one, other| other.1.total_cmp(&one.1));
+        }
+    }
+
+    /// Takes a face if it is nearer.
+    fn consider(&mut self, face: u32) {
+        let corners = self.surface.target.mesh.corners(face);
+        // As in a tree that was damaged.
+        if face == NO_FACE || !corners.into_iter().all(Vec3::is_finite) {
+            return;
+        }
+        let part = NearestPart::of(self.point, face, corners);
+        if self
+            .nearest
+            .is_none_or(|nearest| face != nearest.face && part.is_before(self.point, &nearest))
+        {
+            self.nearest = Some(part);
+        }
+    }
+}

@@ -1,0 +1,120 @@
+//! The first rung: doubles, and what is certain in spite of their rounding.
+//!
+//! Lengths |x| are the largest component. Bounds are derived in docs/numerics.md, "Closest points".
+
+use super::Region;
+use crate::geometry::Vec3;
+use crate::numeric::UNIT_ROUNDOFF;
+
+/// Error of a product of two rounded differences, in terms of the sum of its terms' magnitudes: two differences,
+/// a product and two sums, and the rounding of the bound.
+const DOT_ERROR: f64 = 8.0 * UNIT_ROUNDOFF;
+
+/// Error of n·(s × r), in terms of |ab| |ac| |s| |r|: 11 roundings of three terms of four at most, and the
+/// rounding of the bound.
+const TRIPLE_ERROR: f64 = 256.0 * UNIT_ROUNDOFF;
+
+/// Error of a distance from a corner, in terms of itself.
+const CORNER_ERROR: f64 = 8.0 * UNIT_ROUNDOFF;
+
+/// Error of a distance from an edge, in terms of |ap| + |ab|.
+const EDGE_ERROR: f64 = 64.0 * UNIT_ROUNDOFF;
+
+/// Error of a distance from a plane, in terms of |ap| |ab| |ac| / |n|.
+const PLANE_ERROR: f64 = 128.0 * UNIT_ROUNDOFF;
+
+/// Where |ab| |ac| / |n| is larger than this, the direction of the normal is not known well enough for the bounds.
+const MOST_SLENDER: f64 = 1e12;
+
+/// Between these lengths no product or sum of the bounds loses digits to underflow or is infinite.
+const SHORTEST: f64 = 1e-60;
+const LONGEST: f64 = 1e60;
+
+/// The largest magnitude of a component.
+fn length(v: Vec3) -> f64 {
+    v.abs().max_element()
+}
+
+/// True if a length allows bounds.
+pub fn is_in_range(length: f64) -> bool {
+    (SHORTEST..=LONGEST).contains(&length)
+}
+
+/// The sign of a product of two vectors, or 0 if rounding leaves it open. Not a number is open, too.
+fn certain_sign(a: Vec3, b: Vec3) -> i8 {
+    let bound = DOT_ERROR * a.abs().dot(b.abs());
+    sign_beyond(a.dot(b), bound + f64::MIN_POSITIVE)
+}
+
+fn sign_beyond(value: f64, bound: f64) -> i8 {
+    i8::from(value > bound) - i8::from(value < -bound)
+}
+
+/// The part of a triangle that holds the point nearest to `p`, if doubles are certain of it.
+pub fn certain_region(p: Vec3, [a, b, c]: [Vec3; 3]) -> Option<Region> {
+    let (ab, bc, ca) = (b - a, c - b, a - c);
+    let (ap, bp, cp) = (p - a, p - b, p - c);
+    let along = [certain_sign(ap, ab), certain_sign(bp, bc), certain_sign(cp, ca)];
+    let against = [-certain_sign(bp, ab), -certain_sign(cp, bc), -certain_sign(ap, ca)];
+    // At corner i the edge i begins and the edge before it ends.
+    for corner in 0..3 {
+        if along[corner] < 0 && against[(corner + 2) % 3] < 0 {
+            return Some(Region::Corner(corner));
+        }
+    }
+    let normal = ab.cross(c - a);
+    let size = length(ab) * length(ca);
+    let inwards = |side: Vec3, arm: Vec3| {
+        let bound = TRIPLE_ERROR * size * (length(side) * length(arm));
+        sign_beyond(normal.dot(side.cross(arm)), bound + f64::MIN_POSITIVE)
+    };
+    let inwards = [inwards(ab, ap), inwards(bc, bp), inwards(ca, cp)];
+    for edge in 0..3 {
+        if along[edge] > 0 && against[edge] > 0 && inwards[edge] < 0 {
+            return Some(Region::Edge(edge));
+        }
+    }
+    (inwards == [1; 3]).then_some(Region::Inside)
+}
+
+/// Bounds of the distance of `p` from a part that holds the nearest point.
+pub fn distance_bounds(p: Vec3, corners: [Vec3; 3], region: Region) -> (f64, f64) {
+    const UNKNOWN: (f64, f64) = (0.0, f64::INFINITY);
+    let around = |distance: f64, error: f64| ((distance - error).max(0.0), distance + error);
+    match region {
+        Region::Corner(corner) => {
+            let arm = p - corners[corner];
+            if arm == Vec3::ZERO {
+                return (0.0, 0.0);
+            }
+            if !is_in_range(length(arm)) {
+                return UNKNOWN;
+            }
+            let distance = arm.length();
+            around(distance, CORNER_ERROR * distance)
+        }
+        Region::Edge(edge) => {
+            let (side, arm) = (corners[(edge + 1) % 3] - corners[edge], p - corners[edge]);
+            if !(is_in_range(length(side)) && is_in_range(length(arm))) {
+                return UNKNOWN;
+            }
+            let t = arm.dot(side) / side.dot(side);
+            around((arm - side * t).length(), EDGE_ERROR * (length(arm) + length(side)))
+        }
+        Region::Inside => {
+            let [a, b, c] = corners;
+            let (ab, ac, arm) = (b - a, c - a, p - a);
+            if ![ab, ac, arm].into_iter().all(|vector| is_in_range(length(vector))) {
+                return UNKNOWN;
+            }
+            let normal = ab.cross(ac);
+            let size = normal.length();
+            let slenderness = length(ab) * length(ac) / size;
+            if !(slenderness < MOST_SLENDER) {
+                return UNKNOWN;
+            }
+            let distance = normal.dot(arm).abs() / size;
+            around(distance, PLANE_ERROR * slenderness * length(arm))
+        }
+    }
+}
