@@ -49,7 +49,7 @@ impl ColorScale {
         }
     }
 
-    /// The smallest of 1, 2, 5, 10, 20 and so on, in all powers of ten, that is at least `wanted`; 1
+    /// The smallest of 1, 2, 3, 4, 5, 6, 8, times a power of ten, that is at least `wanted`; 1
     /// where there is no such number above 0.
     pub fn round_range(wanted: f64) -> f64 {
         let known = wanted > 0.0 && wanted.is_finite();
@@ -58,7 +58,7 @@ impl ColorScale {
         if !known {
             return 1.0;
         }
-        [1, 2, 5, 10, 20]
+        [1, 2, 3, 4, 5, 6, 8, 10, 20]
             .into_iter()
             // A decimal number is read to the nearest double; a power of ten multiplied may be beside it.
             .filter_map(|factor| format!("{factor}e{exponent}").parse().ok())
@@ -116,7 +116,7 @@ mod tests {
     #[test]
     fn ranges_are_round_and_large_enough() {
         let wanted = [0.0, -1.0, f64::NAN, f64::INFINITY, 1.0, 0.0021, 0.0049, 51.0, 3e-310];
-        let round = [1.0, 1.0, 1.0, 1.0, 1.0, 0.005, 0.005, 100.0, 1e-300];
+        let round = [1.0, 1.0, 1.0, 1.0, 1.0, 0.003, 0.005, 60.0, 1e-300];
         assert_eq!(wanted.map(ColorScale::round_range), round);
         assert!(ColorScale::round_range(f64::MAX) >= f64::MAX);
         // Powers of ten of which logarithms are rounded.
