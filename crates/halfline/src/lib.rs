@@ -146,6 +146,7 @@ pub mod storage;
 pub mod textbook;
 mod traverse;
 pub mod tree;
+mod winding;
 
 pub use error::{Error, Result};
 #[doc(inline)]
@@ -155,8 +156,8 @@ pub use mesh::Mesh;
 #[doc(inline)]
 pub use progress::{NoProgress, Observer};
 pub use scene::{
-    AllHits, AllHitsIter, BatchRay, Caster, Observed, Scene, SceneBuilder, inspect, is_guarded,
-    quiet_guarded_panics,
+    AllHits, AllHitsIter, BatchRay, Boundary, Caster, Inside, Observed, Scene, SceneBuilder,
+    WindingParts, inspect, is_guarded, quiet_guarded_panics,
 };
 pub use simd::Level;
 #[doc(inline)]

@@ -1,6 +1,8 @@
 //! What users hold: a mesh with its tree, and the questions one can ask it.
 
 mod closest_points;
+mod inside;
+mod signed_distances;
 
 use std::fmt;
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -24,6 +26,7 @@ use crate::traverse::Target;
 pub use crate::traverse::{Caster, HitColumns};
 use crate::tree::file as tree_file;
 use crate::tree::{Tree, TreeFile, TreeStatistics, Verify};
+pub use inside::{Boundary, Inside, WindingParts};
 
 /// A mesh and the tree over it, ready for rays.
 ///
@@ -45,6 +48,7 @@ pub struct Scene {
     build_time: Duration,
     level: Level,
     file: Option<TreeFile>,
+    boundary: OnceLock<Boundary>,
 }
 
 /// How many calls of [`Scene::guarded`] are under way for scenes from files.
@@ -113,9 +117,16 @@ impl Scene {
         let level = Level::chosen()?;
         let tree_file::Opened { mesh, tree, parameters, build_time, file } =
             tree_file::open(path.as_ref(), verify, observer)?;
-        let without_area = OnceLock::new();
-        let (mesh, file) = (Arc::new(mesh), Some(file));
-        Ok(Scene { mesh, tree, without_area, parameters, build_time, level, file })
+        Ok(Scene {
+            mesh: Arc::new(mesh),
+            tree,
+            parameters,
+            build_time,
+            level,
+            file: Some(file),
+            boundary: OnceLock::new(),
+            without_area: OnceLock::new(),
+        })
     }
 
     /// Writes mesh and tree to a file, from which [`Scene::open`] has them back at once. The file appears
@@ -295,8 +306,16 @@ impl<'a> SceneBuilder<'a> {
         let level = Level::chosen()?;
         let tree = builder::build(&mesh, &parameters, level, observer)?;
         let build_time = start.elapsed();
-        let without_area = OnceLock::new();
-        Ok(Scene { mesh, tree, without_area, parameters, build_time, level, file: None })
+        Ok(Scene {
+            mesh,
+            tree,
+            parameters,
+            build_time,
+            level,
+            file: None,
+            boundary: OnceLock::new(),
+            without_area: OnceLock::new(),
+        })
     }
 }
 

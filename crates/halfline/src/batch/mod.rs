@@ -66,7 +66,7 @@ impl<'a> From<RayColumns<'a>> for Rays<'a> {
 /// Casts rays chunk by chunk: `parts` has the places for the answers of each chunk. A single chunk is the calling
 /// thread's own, so that a few rays do not wait for other threads. What one chunk finds out about prefetching, the
 /// next ones know.
-fn in_chunks<P: Send, A: Send>(
+pub fn in_chunks<P: Send, A: Send>(
     target: Target,
     (source, chunk_len): (RaySource, usize),
     parts: Vec<P>,

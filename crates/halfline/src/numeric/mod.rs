@@ -33,8 +33,10 @@ mod edge_function;
 mod exact;
 mod frame;
 mod hit_point;
+mod plane_side;
 mod power_of_two;
 mod ray_triangle;
+mod solid_angle;
 mod surface_point;
 
 pub use edge_function::Orientation;
@@ -51,9 +53,14 @@ pub(crate) use border::{Touch, complete_hits, has_edges};
 pub(crate) use closest_point::NearestPart;
 pub use double_double::UNIT_ROUNDOFF;
 pub(crate) use frame::{FRAME_ERROR, round_down, round_up};
+pub(crate) use plane_side::{facing_sign, holds_point, plane_side};
 pub(crate) use power_of_two::{exponent_of, scale_vector, two_powers};
 pub(crate) use ray_triangle::is_nearer;
 pub use ray_triangle::is_zero_area;
+pub(crate) use solid_angle::{
+    FRAME, FRAME_LENGTH, SeenVertex, TERM_ERROR, WINDING_DIRECTION, edge_sum, exact_solid_angle,
+    solid_angle_of,
+};
 
 /// Half the distance from 1 to the next single-precision number.
 pub(crate) const F32_ROUNDOFF: f64 = f32::EPSILON as f64 / 2.0;

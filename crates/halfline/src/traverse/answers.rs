@@ -7,6 +7,7 @@
 use crate::geometry::{Hit, HitF32};
 use crate::progress::Observer;
 
+use super::crossing_sum::{CrossingSum, SignedCrossing};
 use super::query::AllContacts;
 
 /// Places for answers, by the number of the ray.
@@ -23,6 +24,8 @@ pub enum Answers<'a> {
     AllHits(FoundHits<'a>),
     /// How many hits there are.
     Counts(HitCounts<'a>),
+    /// What crossings amount to.
+    Crossings(CrossingSums<'a>),
 }
 
 /// Where the closest hits go, an entry of each for each ray: what the fields of [`Hit`] mean, but that
@@ -51,6 +54,16 @@ pub struct HitCounts<'a> {
     pub counts: &'a mut [usize],
     /// Room to sort the faces of one ray.
     pub faces: Vec<u32>,
+    /// Whether they are still wanted.
+    pub cancel: CancelCheck<'a>,
+}
+
+/// What the crossings of each ray amount to.
+pub struct CrossingSums<'a> {
+    /// By ray.
+    pub sums: &'a mut [CrossingSum],
+    /// Room for the crossings of one ray.
+    pub crossings: Vec<SignedCrossing>,
     /// Whether they are still wanted.
     pub cancel: CancelCheck<'a>,
 }
@@ -100,6 +113,7 @@ impl Answers<'_> {
         match self {
             Answers::AllHits(found) => found.cancel.is_cancelled,
             Answers::Counts(counts) => counts.cancel.is_cancelled,
+            Answers::Crossings(crossings) => crossings.cancel.is_cancelled,
             _ => false,
         }
     }
@@ -114,6 +128,32 @@ impl Answers<'_> {
     #[inline]
     pub fn are_counts(&self) -> bool {
         matches!(self, Answers::Counts(_))
+    }
+
+    /// True if only what crossings amount to is wanted.
+    #[inline]
+    pub fn are_crossings(&self) -> bool {
+        matches!(self, Answers::Crossings(_))
+    }
+
+    /// Room for the crossings of one ray, to be given back.
+    pub fn take_crossings(&mut self) -> Vec<SignedCrossing> {
+        match self {
+            Answers::Crossings(places) => std::mem::take(&mut places.crossings),
+            _ => not_asked(),
+        }
+    }
+
+    /// Puts what the crossings of a ray amount to, and gives their room back.
+    pub fn put_crossing_sum(&mut self, number: usize, sum: CrossingSum, room: Vec<SignedCrossing>) {
+        match self {
+            Answers::Crossings(places) => {
+                places.cancel.count(room.len());
+                places.sums[number] = sum;
+                places.crossings = room;
+            }
+            _ => not_asked(),
+        }
     }
 
     /// Puts the closest hit of a ray, or one of all.

@@ -6,6 +6,7 @@
 
 mod answers;
 mod cast;
+mod crossing_sum;
 mod feeder;
 mod leaf;
 mod packet;
@@ -18,8 +19,10 @@ mod step_limit;
 mod stream;
 mod verdict;
 
-pub use answers::{Answers, CancelCheck, FoundHits, HitColumns, HitCounts};
+pub use answers::{Answers, CancelCheck, CrossingSums, FoundHits, HitColumns, HitCounts};
 pub use cast::{Cast, Target, Visit, record_visits};
+pub use crossing_sum::{CrossingSum, SignedCrossing};
+pub use point::is_on_face;
 pub use prefetch::PrefetchTuner;
 pub use query::{AllContacts, AnyHit, ClosestHit, Query};
 pub use single::{Caster, RayCounters};

@@ -13,6 +13,7 @@
 //! decided exactly, without the steps in between that batches take (`leaf/decide.rs`); the answers are the same.
 
 use super::cast::Target;
+use super::crossing_sum::SignedCrossing;
 use super::query::{AllContacts, AnyHit, ClosestHit, Query};
 use crate::geometry::{Hit, NO_FACE, Ray};
 use crate::intersect::filter_f32::test_leaf;
@@ -141,6 +142,19 @@ impl<'scene> Caster<'scene> {
         let counters = &mut RayCounters::default();
         walk(self.target, ray, &prepared, &mut query, &mut self.stack, counters);
         query.found
+    }
+
+    /// The crossings of a ray, sorted by face, and whether it starts on the surface.
+    pub(crate) fn signed_crossings(&mut self, ray: &Ray) -> (Vec<SignedCrossing>, bool) {
+        let mut crossings = Vec::new();
+        let Some(prepared) = PreparedRay::new(ray) else { return (crossings, false) };
+        let Caster { target, stack, all } = self;
+        all.restart();
+        walk(*target, ray, &prepared, all, stack, &mut RayCounters::default());
+        let corners = |face| target.mesh.corners(face);
+        let is_on_surface =
+            all.signed_crossings(ray, |certain| corners(certain.face), corners, &mut crossings);
+        (crossings, is_on_surface)
     }
 
     /// Appends all hits to `hits`, sorted by t and then by face; see [`numeric`](crate::numeric).

@@ -123,6 +123,11 @@ impl Cast<'_> {
         if contacts.is_empty() {
             return state.restart();
         }
+        if self.answers.are_crossings() {
+            self.put_crossing_sum(number, contacts);
+            state.is_prepared = true;
+            return state.restart();
+        }
         if !contacts.touches.is_empty() {
             // Which of them count depends on t of all crossings.
             self.make_exact(number, state);
@@ -174,7 +179,7 @@ impl Cast<'_> {
     }
 
     #[inline(always)]
-    pub(super) fn corners_at(&self, (block, lane): Slot) -> [Vec3; 3] {
+    pub(in super::super) fn corners_at(&self, (block, lane): Slot) -> [Vec3; 3] {
         let tree = self.target.tree;
         let block = &tree.leaves.blocks[block as usize];
         tree.leaves.corners(self.target.mesh, &tree.frame, block, lane as usize)
