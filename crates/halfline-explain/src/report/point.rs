@@ -86,6 +86,12 @@ impl PointReport<'_> {
         for (number, step) in explanation.steps.iter().enumerate() {
             write_step(&mut text, number, step);
         }
+        if explanation.steps.is_empty() && explanation.closest.is_found() {
+            let why = "no box of the tree was opened: either all faces are without area, or the point is \
+                       too far away for single precision, and every walk through the tree is then taken \
+                       in double precision and not recorded";
+            wrap(&mut text, why, 2);
+        }
         text.push('\n');
         write_visits(&mut text, &[("brute force", self.all()), ("engine", explanation.visits)]);
         self.write_nearest(&mut text);

@@ -19,8 +19,6 @@ use crate::numeric::{NearestPart, UNIT_ROUNDOFF};
 use crate::traverse::{CancelCheck, Target};
 use crate::tree::{Bounds, NodeRef, Tree, panic_corrupt_tree};
 
-use super::questions::{Answers, PointSource};
-
 /// What points are held against.
 #[derive(Clone, Copy)]
 pub struct Surface<'a> {
@@ -52,44 +50,51 @@ struct Walk<'a> {
     nearest: Option<NearestPart>,
 }
 
-/// Answers about points one after another.
-pub fn answer_all(
-    surface: Surface,
-    source: PointSource,
-    mut answers: Answers,
-    cancel: &mut CancelCheck,
-) {
-    let mut pending = Vec::new();
-    for number in 0..answers.len() {
-        if cancel.is_cancelled() {
-            return;
-        }
-        let answer = match source.at(number) {
-            Some((point, max_distance)) => {
-                closest_point(surface, point, max_distance, &mut pending, cancel)
-            }
-            None => ClosestPoint::NONE,
-        };
-        answers.put(number, &answer);
-    }
+/// Walks with single points.
+pub struct Seeker<'a> {
+    surface: Surface<'a>,
+    /// What is to be looked at, and its distance in the frame.
+    pending: Vec<(NodeRef, f64)>,
 }
 
-/// The closest point, if it is no farther than `max_distance`, once both are doubles.
-fn closest_point(
-    surface: Surface,
-    point: Vec3,
-    max_distance: f64,
-    pending: &mut Vec<(NodeRef, f64)>,
-    cancel: &mut CancelCheck,
-) -> ClosestPoint {
-    let mut walk = Walk { tree: surface.target.tree, surface, point, max_distance, nearest: None };
-    walk.go(pending, cancel);
-    if let Some(tree) = surface.without_area {
-        walk.tree = tree;
-        walk.go(pending, cancel);
+impl<'a> Seeker<'a> {
+    /// For points that are held against a surface.
+    pub fn new(surface: Surface<'a>) -> Seeker<'a> {
+        Seeker { surface, pending: Vec::new() }
     }
-    let answer = walk.nearest.map_or(ClosestPoint::NONE, |part| part.closest_point(point));
-    if answer.distance <= max_distance { answer } else { ClosestPoint::NONE }
+
+    /// The closest point, if it is no farther than `max_distance`, once both are doubles.
+    pub fn closest_point(
+        &mut self,
+        point: Vec3,
+        max_distance: f64,
+        cancel: &mut CancelCheck,
+    ) -> ClosestPoint {
+        let Seeker { surface, pending } = self;
+        let tree = surface.target.tree;
+        let mut walk = Walk { tree, surface: *surface, point, max_distance, nearest: None };
+        walk.go(pending, cancel);
+        let nearest = walk.nearest;
+        self.finish(point, max_distance, nearest, cancel)
+    }
+
+    /// The closest point, given the nearest face among those that have an area.
+    pub fn finish(
+        &mut self,
+        point: Vec3,
+        max_distance: f64,
+        mut nearest: Option<NearestPart>,
+        cancel: &mut CancelCheck,
+    ) -> ClosestPoint {
+        let Seeker { surface, pending } = self;
+        if let Some(tree) = surface.without_area {
+            let mut walk = Walk { tree, surface: *surface, point, max_distance, nearest };
+            walk.go(pending, cancel);
+            nearest = walk.nearest;
+        }
+        let answer = nearest.map_or(ClosestPoint::NONE, |part| part.closest_point(point));
+        if answer.distance <= max_distance { answer } else { ClosestPoint::NONE }
+    }
 }
 
 impl Walk<'_> {

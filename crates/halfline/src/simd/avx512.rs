@@ -92,6 +92,11 @@ impl Simd for Avx512 {
     }
 
     #[inline(always)]
+    fn sqrt(self, a: __m256) -> __m256 {
+        self.0.sqrt(a)
+    }
+
+    #[inline(always)]
     fn lt(self, a: __m256, b: __m256) -> u32 {
         // SAFETY: the witness stands for the instructions.
         unsafe { _mm256_cmp_ps_mask::<_CMP_LT_OQ>(a, b) as u32 }

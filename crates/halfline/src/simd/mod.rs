@@ -73,6 +73,9 @@ pub(crate) trait Simd: Copy + Send + Sync {
     /// The magnitude of each number.
     fn abs(self, a: Self::F32x8) -> Self::F32x8;
 
+    /// The root of each number.
+    fn sqrt(self, a: Self::F32x8) -> Self::F32x8;
+
     /// A bit for each lane where `a < b`.
     fn lt(self, a: Self::F32x8, b: Self::F32x8) -> u32;
 

@@ -181,6 +181,12 @@ impl Simd for Neon {
     }
 
     #[inline(always)]
+    fn sqrt(self, a: [float32x4_t; 2]) -> [float32x4_t; 2] {
+        // SAFETY: every machine of this kind has the instructions.
+        unsafe { [vsqrtq_f32(a[0]), vsqrtq_f32(a[1])] }
+    }
+
+    #[inline(always)]
     fn lt(self, a: [float32x4_t; 2], b: [float32x4_t; 2]) -> u32 {
         // SAFETY: every machine of this kind has the instructions.
         unsafe { bits_of([vcltq_f32(a[0], b[0]), vcltq_f32(a[1], b[1])]) }

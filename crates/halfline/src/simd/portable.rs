@@ -75,6 +75,11 @@ impl Simd for Portable {
     }
 
     #[inline(always)]
+    fn sqrt(self, a: [f32; LANES]) -> [f32; LANES] {
+        each(|lane| a[lane].sqrt())
+    }
+
+    #[inline(always)]
     fn lt(self, a: [f32; LANES], b: [f32; LANES]) -> u32 {
         let mut bits = [0; LANES];
         for lane in 0..LANES {

@@ -23,8 +23,9 @@ pub use answers::{Answers, CancelCheck, CrossingSums, FoundHits, HitColumns, Hit
 pub use cast::{Cast, Target, Visit, record_visits};
 pub use crossing_sum::{CrossingSum, SignedCrossing};
 pub use point::is_on_face;
-pub use prefetch::PrefetchTuner;
+pub use prefetch::{PrefetchChoice, PrefetchTuner, Prefetcher};
 pub use query::{AllContacts, AnyHit, ClosestHit, Query};
 pub use single::{Caster, RayCounters};
-pub use stream::cast;
+pub use stack::Stacks;
+pub use stream::{SLOTS, cast, next_slot};
 pub use verdict::{LeafVerdict, leaf_verdict};
