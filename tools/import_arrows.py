@@ -5,8 +5,7 @@ The house has one direction. A room (a folder or file under crates/halfline/src)
 rooms of the levels below its own:
 
     explain -> scene -> winding -> batch -> nearest -> traverse, builder -> intersect -> rays
-          -> tree
-          -> numeric, simd -> mesh -> geometry, storage
+          -> tree -> numeric, simd -> mesh -> geometry, storage
 
 Rooms of one level do not know each other: building must not lean on traversal, nor the numeric
 rules on an instruction set. Every room may import error and progress. brute_force and textbook,

@@ -28,7 +28,7 @@ fuzz_target!(|input: &[u8]| {
         Ok(file) => file,
         Err(error) => return check_error(&error),
     };
-    let promised = file.ray_count();
+    let promised = file.row_count();
     let read = read_all(&mut file, usize::from(at_once) + 1).expect("the length was checked");
     assert_eq!(read, promised, "rays");
 });

@@ -4,7 +4,7 @@ use clap::builder::Styles;
 use clap::builder::styling::AnsiColor;
 use clap::{Parser, Subcommand};
 
-use crate::commands::{build, doctor, explain, generate, info, query, render, study};
+use crate::commands::{build, distance, doctor, explain, generate, info, query, render, study};
 use crate::global_options::GlobalOptions;
 
 const EXAMPLES: &str = "\
@@ -13,6 +13,7 @@ Examples:
   halfline info scan.ply                         what the mesh and its tree are like
   halfline doctor scan.ply                       whether it is closed, and rays find no gap
   halfline query scan.ply rays.npy -o hits.npz   where a million rays hit
+  halfline distance scan.ply --to cad.stl        how far a scan is from what it should be
   halfline explain scan.ply --pixel 640,360      why a ray hit or missed, step by step
   halfline build scan.ply -o scan.hlt            its tree, which all of these open at once
   halfline study --quick                         how cost grows with n, as a report
@@ -53,6 +54,8 @@ pub enum Command {
     Doctor(doctor::Options),
     /// Cast the rays of a NumPy file at a mesh
     Query(query::Options),
+    /// Measure how far one mesh is from another
+    Distance(Box<distance::Options>),
     /// Tell why a ray hits what it hits, or nothing, step by step
     Explain(Box<explain::Options>),
     /// Measure what a ray costs, as meshes grow

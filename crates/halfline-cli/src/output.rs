@@ -30,13 +30,18 @@ pub fn extension(path: &Path) -> Option<String> {
 
 /// Fails now if `output` could not be written after hours of work, or is one of `inputs`.
 pub fn check(output: &Path, inputs: &[&Path]) -> Result<(), Failure> {
+    check_as("--output", output, inputs)
+}
+
+/// [`check`], for a file that is given by another `option`.
+pub fn check_as(option: &str, output: &Path, inputs: &[&Path]) -> Result<(), Failure> {
     let same = |input: &&&Path| match (input.canonicalize(), output.canonicalize()) {
         (Ok(input), Ok(output)) => input == output,
         _ => false,
     };
     if let Some(input) = inputs.iter().find(same) {
         return Err(Failure::Usage(format!(
-            "--output {} would overwrite the input {}",
+            "{option} {} would overwrite the input {}",
             output.display(),
             input.display()
         )));

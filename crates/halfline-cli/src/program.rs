@@ -49,6 +49,7 @@ fn execute(arguments: &Arguments, host: Option<&dyn Host>) -> Result<(), Failure
         Command::Info(options) => commands::info::run(options, session),
         Command::Doctor(options) => commands::doctor::run(options, session),
         Command::Query(options) => commands::query::run(options, session),
+        Command::Distance(options) => commands::distance::run(options, session),
         Command::Explain(options) => commands::explain::run(options, session),
         Command::Study(options) => commands::study::run(options, session),
         Command::Build(options) => commands::build::run(options, session),

@@ -82,6 +82,20 @@ impl MeshSource {
         Ok((MeshSource::Mesh(Box::new(mesh)), seconds))
     }
 
+    /// The mesh with its tree, which is built unless it is there, and how many seconds that took.
+    pub fn into_scene(
+        self,
+        tree: &TreeOptions,
+        session: &Session,
+    ) -> Result<(Scene, f64), Failure> {
+        match self {
+            MeshSource::Scene(scene) => Ok((*scene, 0.0)),
+            MeshSource::Mesh(mesh) => {
+                session.timed(Stage::Build, |observer| tree.build(*mesh, observer))
+            }
+        }
+    }
+
     /// The mesh.
     pub fn mesh(&self) -> &Mesh {
         match self {

@@ -77,7 +77,9 @@ pub fn within(
         Ok(value) if ends_count && (value == low || value == high) && value.is_finite() => {
             Ok(value)
         }
-        _ if high == f64::INFINITY && low == 0.0 => Err("expected a number above 0".into()),
+        _ if high == f64::INFINITY && low == 0.0 && !ends_count => {
+            Err("expected a number above 0".into())
+        }
         _ if high == f64::INFINITY => Err(format!("expected a number of at least {low}")),
         _ if ends_count => Err(format!("expected a number from {low} to {high}")),
         _ => Err(format!("expected a number between {low} and {high}")),

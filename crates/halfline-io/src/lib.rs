@@ -25,7 +25,7 @@ use std::ffi::OsStr;
 use std::io::Read;
 use std::path::Path;
 
-pub use ply::save as save_ply;
+pub use ply::{save as save_ply, save_distances as save_ply_distances};
 
 use halfline::error::{Error, Result};
 use halfline::mesh::Mesh;

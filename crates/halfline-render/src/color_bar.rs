@@ -1,12 +1,8 @@
-//! The scale beside a heat map: a strip of its colours with numbers.
+//! The scale beside a picture whose colours are numbers: a strip of them with some of the numbers.
 
 use halfline::mesh::linear_from_srgb;
 
-use crate::colormap::inferno;
 use crate::font;
-
-/// Encoded grey of lines and letters.
-const INK: f32 = 0.85;
 
 /// Where the scale goes in a picture, in pixels.
 #[derive(Clone, Copy, Debug)]
@@ -16,29 +12,44 @@ pub(crate) struct ColorBar {
     /// The picture's size.
     width: usize,
     height: usize,
+    /// Characters that a number may have.
+    digits: usize,
     /// False where a picture is so small that letters would leave nothing of it.
     lettered: bool,
+}
+
+/// What stands on a scale.
+pub(crate) struct Markings<'a> {
+    /// The sRGB-encoded colour by the share of the strip, from 0 at its bottom to 1.
+    pub(crate) color: &'a dyn Fn(f32) -> [f32; 3],
+    /// The share of the strip, and what is written there. Of two that would overlap, the first counts.
+    pub(crate) ticks: &'a [(f64, String)],
+    /// What the numbers are.
+    pub(crate) caption: &'a str,
+    /// The sRGB-encoded grey of lines and letters.
+    pub(crate) ink: f32,
 }
 
 /// Dots from left to right: caption, gap, strip, tick, gap, number, edge.
 const STRIP: usize = 8;
 const GAP: usize = 3;
 const TICK: usize = 2;
-const NUMBER: usize = 5 * font::ADVANCE;
 const EDGE: usize = 4;
 
 impl ColorBar {
-    pub(crate) fn new(width: u32, height: u32) -> ColorBar {
+    /// The place in a picture of some size for a scale whose numbers have at most so many `digits`.
+    pub(crate) fn new(width: u32, height: u32, digits: usize) -> ColorBar {
         let (width, height) = (width as usize, height as usize);
         let dot = (width.min(height) / 300).max(1);
-        let mut bar = ColorBar { dot, width, height, lettered: true };
+        let mut bar = ColorBar { dot, width, height, digits, lettered: true };
         bar.lettered = bar.dots() * dot * 4 <= width;
         bar
     }
 
     fn dots(&self) -> usize {
+        let number = self.digits * font::ADVANCE;
         match self.lettered {
-            true => GAP + font::HEIGHT + GAP + STRIP + TICK + GAP + NUMBER + EDGE,
+            true => GAP + font::HEIGHT + GAP + STRIP + TICK + GAP + number + EDGE,
             false => GAP + STRIP + EDGE,
         }
     }
@@ -48,8 +59,8 @@ impl ColorBar {
         ((self.dots() * self.dot) as f64 / self.width as f64).min(0.4)
     }
 
-    /// Draws the scale from 0 to `top` over linear `pixels`.
-    pub(crate) fn draw(&self, pixels: &mut [[f32; 4]], top: &Top, caption: &str) {
+    /// Draws the scale over linear `pixels`.
+    pub(crate) fn draw(&self, pixels: &mut [[f32; 4]], markings: &Markings) {
         let dot = self.dot;
         let mut canvas = Canvas { pixels, width: self.width, height: self.height };
         let left = self.width.saturating_sub(self.dots() * dot);
@@ -59,7 +70,7 @@ impl ColorBar {
 
         for y in high..low {
             let share = 1.0 - (y - high) as f32 / rows as f32;
-            let color = inferno(share).map(linear_from_srgb);
+            let color = (markings.color)(share).map(linear_from_srgb);
             for x in strip..strip + STRIP * dot {
                 canvas.set(x, y, color);
             }
@@ -68,61 +79,28 @@ impl ColorBar {
             return;
         }
 
-        let ink = [linear_from_srgb(INK); 3];
-        for i in 0..=top.intervals {
-            let y = low - 1 - (rows - 1) * i / top.intervals;
+        let ink = [linear_from_srgb(markings.ink); 3];
+        let mut written: Vec<usize> = Vec::new();
+        for (share, number) in markings.ticks {
+            let y = low - 1 - ((rows - 1) as f64 * share.clamp(0.0, 1.0)).round() as usize;
+            if written.iter().any(|other| y.abs_diff(*other) < (font::HEIGHT + 2) * dot) {
+                continue;
+            }
+            written.push(y);
             let tick = strip + STRIP * dot;
             canvas.rectangle(tick, y.saturating_sub(dot / 2), TICK * dot, dot, ink);
-            let beyond = if i == top.intervals && top.is_exceeded { "+" } else { "" };
-            let number = short(top.value * i as f64 / top.intervals as f64) + beyond;
             let (x, y) = (tick + (TICK + GAP) * dot, y.saturating_sub(font::HEIGHT * dot / 2));
-            font::draw(&number, |i, j| canvas.rectangle(x + i * dot, y + j * dot, dot, dot, ink));
+            font::draw(number, |i, j| canvas.rectangle(x + i * dot, y + j * dot, dot, dot, ink));
         }
 
         // The caption runs upwards, beside the middle of the strip.
-        let length = caption.chars().count() * font::ADVANCE * dot;
+        let length = markings.caption.chars().count() * font::ADVANCE * dot;
         let (x, bottom) = (left + GAP * dot, (self.height + length) / 2);
         if length <= rows {
-            font::draw(caption, |i, j| {
+            font::draw(markings.caption, |i, j| {
                 canvas.rectangle(x + j * dot, bottom - (i + 1) * dot, dot, dot, ink);
             });
         }
-    }
-}
-
-/// The upper end of a scale.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Top {
-    pub(crate) value: f64,
-    intervals: usize,
-    is_exceeded: bool,
-}
-
-impl Top {
-    /// The smallest round number that is at least `wanted`; `largest` is the largest value of all.
-    pub(crate) fn round(wanted: f64, largest: f64) -> Top {
-        // Counts of steps are whole numbers, so that ticks below one would make no sense.
-        let wanted = wanted.max(5.0);
-        let mut magnitude = 1.0;
-        while magnitude * 10.0 < wanted && magnitude < 1e18 {
-            magnitude *= 10.0;
-        }
-        let rounds = [(1.0, 5), (2.0, 4), (5.0, 5), (10.0, 5)];
-        let (factor, intervals) =
-            rounds.into_iter().find(|(f, _)| f * magnitude >= wanted).unwrap_or((10.0, 5));
-        let value = factor * magnitude;
-        Top { value, intervals, is_exceeded: largest > value }
-    }
-}
-
-/// A number in at most four characters, or with so many digits as it takes above 10^9.
-fn short(value: f64) -> String {
-    if value < 10_000.0 {
-        format!("{value}")
-    } else if value < 1e6 {
-        format!("{}k", value / 1e3)
-    } else {
-        format!("{}M", value / 1e6)
     }
 }
 
@@ -152,27 +130,29 @@ impl Canvas<'_> {
 mod tests {
     use super::*;
     use crate::color::srgb8_from_linear;
+    use crate::colormap::inferno;
 
-    #[test]
-    fn tops_are_round_and_large_enough() {
-        let top = |wanted| Top::round(wanted, wanted).value;
-        assert_eq!(
-            [0.0, 5.0, 5.1, 99.0, 101.0, 230.0].map(top),
-            [5.0, 5.0, 10.0, 100.0, 200.0, 500.0]
-        );
-        assert!(Top::round(90.0, 101.0).is_exceeded && !Top::round(90.0, 100.0).is_exceeded);
+    fn markings(ticks: &[(f64, String)]) -> Markings<'_> {
+        Markings { color: &inferno, ticks, caption: "nodes + triangles per ray", ink: 1.0 }
     }
 
     #[test]
-    fn numbers_are_short() {
-        assert_eq!([0.0, 400.0, 25_000.0, 1e6].map(short), ["0", "400", "25k", "1M"]);
+    fn a_number_that_would_overlap_is_left_out() {
+        let drawn = |ticks: &[(f64, String)]| {
+            let mut pixels = vec![[0.0; 4]; 400 * 300];
+            ColorBar::new(400, 300, 5).draw(&mut pixels, &markings(ticks));
+            pixels
+        };
+        let [first, near, far] = [(0.5, "5"), (0.51, "6"), (0.6, "7")].map(|(s, n)| (s, n.into()));
+        let alone = drawn(&[first.clone()]);
+        assert!(drawn(&[first.clone(), near]) == alone && drawn(&[first, far]) != alone);
     }
 
     #[test]
     fn the_strip_runs_from_the_first_colour_to_the_last() {
-        let bar = ColorBar::new(400, 300);
+        let bar = ColorBar::new(400, 300, 5);
         let mut pixels = vec![[0.0; 4]; 400 * 300];
-        bar.draw(&mut pixels, &Top::round(100.0, 100.0), "nodes");
+        bar.draw(&mut pixels, &markings(&[]));
         let strip = 400 - bar.dots() + GAP + font::HEIGHT + GAP;
         let code = |y: usize| pixels[y * 400 + strip].map(srgb8_from_linear);
         assert_eq!(code(30)[..3], inferno(1.0).map(|v| (v * 255.0).round() as u8));
@@ -182,10 +162,10 @@ mod tests {
     #[test]
     fn the_smallest_pictures_survive() {
         for (width, height) in [(1, 1), (3, 2), (1, 500), (500, 1), (96, 72)] {
-            let bar = ColorBar::new(width, height);
+            let bar = ColorBar::new(width, height, 5);
             assert!(bar.share() <= 0.4);
             let mut pixels = vec![[0.0; 4]; (width * height) as usize];
-            bar.draw(&mut pixels, &Top::round(1e12, 2e12), "nodes + triangles per ray");
+            bar.draw(&mut pixels, &markings(&[(0.0, "0".into()), (1.0, "1000000M".into())]));
         }
     }
 }

@@ -10,9 +10,11 @@ use halfline::progress::Observer;
 
 use crate::camera::{Camera, center_and_size};
 use crate::color::srgb8_table;
-use crate::color_bar::ColorBar;
+use crate::field::VertexField;
 use crate::ground::GroundPlane;
-use crate::integrator::{Clay, Depth, FaceColors, Integrator, Normals, PLASTER, Steps, Whitted};
+use crate::integrator::{
+    Clay, Depth, FaceColors, Integrator, Normals, PLASTER, Steps, Whitted, steps_color_bar,
+};
 use crate::intersector::Intersector;
 use crate::lights::default_lights;
 use crate::rows::{Origin, Rows, scene_fingerprint, settings_fingerprint};
@@ -30,6 +32,8 @@ use crate::world::World;
 /// reference or by an [`Arc`](std::sync::Arc), and may be used by many threads at once.
 pub struct Plan<S> {
     scene: S,
+    /// Numbers that give the model its colours.
+    field: Option<VertexField>,
     settings: RenderSettings,
     prepared: Preparation,
     origin: Origin,
@@ -51,12 +55,20 @@ struct Preparation {
 }
 
 impl Preparation {
-    fn new(scene: &Scene, settings: &RenderSettings) -> Result<Preparation> {
+    fn new(
+        scene: &Scene,
+        settings: &RenderSettings,
+        field: Option<&VertexField>,
+    ) -> Result<Preparation> {
         let mesh = scene.mesh();
         let bounds = mesh.bounds();
         let (center, size) = center_and_size(&bounds)?;
-        let bar = ColorBar::new(settings.width, settings.height);
-        let free_right = if settings.shading == Shading::Steps { bar.share() } else { 0.0 };
+        let (width, height) = (settings.width, settings.height);
+        let free_right = match field {
+            Some(field) => field.color_bar(width, height).share(),
+            None if settings.shading == Shading::Steps => steps_color_bar(width, height).share(),
+            None => 0.0,
+        };
         let camera = Camera::with_free_right_side(settings, mesh, &bounds, free_right)?;
         let mut default_material = PLASTER;
         if mesh.vertex_colors.is_some() {
@@ -83,11 +95,30 @@ impl<S: Deref<Target = Scene>> Plan<S> {
     /// [`Error::Invalid`] if a setting makes no sense, naming it; [`Error::Format`] if the scene comes
     /// from a file that is damaged.
     pub fn new(scene: S, settings: &RenderSettings) -> Result<Plan<S>> {
+        Plan::of(scene, settings, None)
+    }
+
+    /// [`Plan::new`], with numbers that give the model its colours, one for each vertex.
+    pub(crate) fn of_field(
+        scene: S,
+        settings: &RenderSettings,
+        field: VertexField,
+    ) -> Result<Plan<S>> {
+        Plan::of(scene, settings, Some(field))
+    }
+
+    fn of(scene: S, settings: &RenderSettings, field: Option<VertexField>) -> Result<Plan<S>> {
         settings.check()?;
-        let prepared = scene.guarded(|| Preparation::new(&scene, settings))?;
+        let prepared = scene.guarded(|| Preparation::new(&scene, settings, field.as_ref()))?;
         let origin =
             Origin { settings: settings_fingerprint(settings), scene: prepared.scene_fingerprint };
-        Ok(Plan { scene, settings: settings.clone(), prepared, origin, batch: tile::BATCH })
+        let settings = settings.clone();
+        Ok(Plan { scene, field, settings, prepared, origin, batch: tile::BATCH })
+    }
+
+    /// The numbers that give the model its colours.
+    pub(crate) fn field(&self) -> Option<&VertexField> {
+        self.field.as_ref()
     }
 
     /// What the picture is to be like.
@@ -171,6 +202,7 @@ impl<S: Deref<Target = Scene>> Plan<S> {
             materials: &self.prepared.materials,
             has_clear_material,
             smooth: self.prepared.smooth.as_ref(),
+            field: self.field.as_ref(),
             srgb: srgb8_table(),
         }
     }

@@ -2,10 +2,11 @@
 
 use halfline::Scene;
 use halfline::geometry::{Hit, NO_FACE, Ray, Vec3};
-use halfline::mesh::Material;
+use halfline::mesh::{Material, linear_from_srgb};
 use halfline::numeric::SurfacePoint;
 
 use crate::color::Color;
+use crate::field::VertexField;
 use crate::ground::GroundPlane;
 use crate::intersector::Intersector;
 use crate::smooth_normals::SmoothNormals;
@@ -27,6 +28,8 @@ pub(crate) struct World<'a> {
     /// True if light may pass through anything.
     pub(crate) has_clear_material: bool,
     pub(crate) smooth: Option<&'a SmoothNormals>,
+    /// Numbers whose colours take the place of all materials.
+    pub(crate) field: Option<&'a VertexField>,
     /// The linear value of each code of a vertex colour.
     pub(crate) srgb: [f64; 256],
 }
@@ -91,6 +94,10 @@ impl World<'_> {
 
     /// The material of a point on the model, vertex colours included.
     pub(crate) fn material(&self, surface: &Surface) -> Material {
+        if let Some(field) = self.field {
+            let [r, g, b] = field.color(self.scene.mesh(), surface).map(linear_from_srgb);
+            return Material { base_color: [r, g, b, 1.0], ..self.default_material };
+        }
         if let Some(material) = self.material {
             return material;
         }

@@ -2,7 +2,7 @@
 
 mod closest_points;
 mod inside;
-mod signed_distance;
+mod signed_distances;
 
 use std::fmt;
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -463,8 +463,10 @@ impl Observed<'_> {
 
 /// Looks inside, for explanations, measurements and tests.
 pub mod inspect {
-    use super::{BatchRay, Hit, Ray, Scene};
+    use super::{BatchRay, Hit, Observer, Ray, Result, Scene};
     pub use crate::batch::WorkCounts;
+    use crate::geometry::{ClosestPoint, Vec3};
+    pub use crate::nearest::PointVisit;
     pub use crate::traverse::{LeafVerdict, RayCounters, Visit};
     use crate::tree::LeafBlock;
     use crate::{batch, traverse};
@@ -479,6 +481,17 @@ pub mod inspect {
     /// many as [`count_work`] counts.
     pub fn record_visits(scene: &Scene, ray: &Ray) -> (Hit, Vec<Visit>) {
         traverse::record_visits(scene.target(), ray)
+    }
+
+    /// The closest point as batches find it, and every node and leaf that its walk comes to, in order. What has no
+    /// area is in neither.
+    pub fn record_point_visits(
+        scene: &Scene,
+        point: Vec3,
+        observer: &dyn Observer,
+    ) -> Result<(ClosestPoint, Vec<PointVisit>)> {
+        let surface = scene.surface()?;
+        batch::record_point_visits(surface, point, observer)
     }
 
     /// What it costs to find the closest hits of rays, or whether there are any: nodes and leaves that

@@ -1,6 +1,7 @@
 //! One file per subcommand: its options, and what it does.
 
 pub mod build;
+pub mod distance;
 #[cfg(feature = "doctor")]
 pub mod doctor;
 pub mod explain;

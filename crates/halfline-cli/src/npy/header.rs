@@ -16,19 +16,19 @@ const LONGEST_HEADER: u32 = 10_000;
 /// How the numbers lie in the file.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Layout {
-    /// Rays.
+    /// Rays or points.
     pub rows: u64,
-    /// Numbers of a ray: 6 or 8.
+    /// Numbers of each.
     pub columns: usize,
     /// What each number is.
     pub number: Number,
     /// Most significant byte first.
     pub big_endian: bool,
-    /// Column after column instead of ray after ray.
+    /// Column after column instead of row after row.
     pub fortran_order: bool,
 }
 
-/// The types of number that rays may have.
+/// The types of number that rays and points may have.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Number {
     /// Single precision.
@@ -130,8 +130,8 @@ impl Header {
         }
     }
 
-    /// How rays lie in a file with this header.
-    pub fn layout(&self) -> Parsed<Layout> {
+    /// How rows of one of the lengths `columns`, told as `expected`, lie in a file with this header.
+    pub fn layout(&self, columns: &[u64], expected: &str) -> Parsed<Layout> {
         let (big_endian, number) = match self.dtype.as_str() {
             "<f4" => (false, Number::Float32),
             "<f8" => (false, Number::Float64),
@@ -142,9 +142,9 @@ impl Header {
             }
         };
         match self.shape[..] {
-            [rows, columns @ (6 | 8)] => Ok(Layout {
+            [rows, found] if columns.contains(&found) => Ok(Layout {
                 rows,
-                columns: columns as usize,
+                columns: found as usize,
                 number,
                 big_endian,
                 fortran_order: self.fortran_order,
@@ -153,11 +153,7 @@ impl Header {
                 let lengths: Vec<_> = self.shape.iter().map(u64::to_string).collect();
                 let comma = if lengths.len() == 1 { "," } else { "" };
                 let shape = format!("({}{comma})", lengths.join(", "));
-                Err(format!(
-                    "shape is {}, expected (n, 6) for origins and directions, or (n, 8) with \
-                     t_min and t_max",
-                    excerpt(&shape)
-                ))
+                Err(format!("shape is {}, expected {expected}", excerpt(&shape)))
             }
         }
     }
@@ -316,20 +312,21 @@ mod tests {
             format!("{{'descr': '{}', 'fortran_order': True, 'shape': (1, 6)}}", many("\u{fffd}")),
             format!("{{'descr': '<f8', 'fortran_order': True, 'shape': {shape}}}"),
         ] {
-            let reason = parse(&text).and_then(|header| header.layout()).unwrap_err();
+            let reason = parse(&text).and_then(|header| header.layout(&[6], "six")).unwrap_err();
             assert!(reason.len() < 600 && reason.contains("..."), "{reason}");
         }
     }
 
     #[test]
-    fn only_rays_have_a_layout() {
+    fn only_rows_of_known_length_have_a_layout() {
+        let layout = |header: Header| header.layout(&[6, 8], "six or eight");
         let header = |dtype: &str, shape: &[u64]| Header {
             dtype: dtype.into(),
             fortran_order: true,
             shape: shape.to_vec(),
         };
         assert_eq!(
-            header(">f4", &[7, 8]).layout(),
+            layout(header(">f4", &[7, 8])),
             Ok(Layout {
                 rows: 7,
                 columns: 8,
@@ -338,8 +335,8 @@ mod tests {
                 fortran_order: true
             })
         );
-        assert!(header("<i8", &[7, 6]).layout().unwrap_err().starts_with("dtype is '<i8', exp"));
-        assert!(header("<f8", &[7]).layout().unwrap_err().starts_with("shape is (7,), exp"));
-        assert!(header("<f8", &[6, 7]).layout().unwrap_err().starts_with("shape is (6, 7), exp"));
+        assert!(layout(header("<i8", &[7, 6])).unwrap_err().starts_with("dtype is '<i8', exp"));
+        assert!(layout(header("<f8", &[7])).unwrap_err().starts_with("shape is (7,), exp"));
+        assert!(layout(header("<f8", &[6, 7])).unwrap_err().starts_with("shape is (6, 7), exp"));
     }
 }

@@ -1,4 +1,4 @@
-//! Rays out of a NumPy `.npy` file, some at a time.
+//! Rays or points out of a NumPy `.npy` file, some at a time.
 //!
 //! Written here and not taken from a crate since those read one number at a time, or the whole
 //! file at once.
@@ -7,10 +7,11 @@ mod header;
 
 use std::fs::File;
 use std::io::{ErrorKind, Read, Seek, SeekFrom, Stdin};
+use std::marker::PhantomData;
 use std::path::{Path, PathBuf};
 
 use halfline::error::Result;
-use halfline::{Error, Ray};
+use halfline::{Error, Ray, Vec3};
 
 use crate::input;
 use header::{Header, Layout, Number, read_header};
@@ -30,23 +31,68 @@ impl Read for Data {
     }
 }
 
+/// What a row of a file is.
+pub trait Row: Sized {
+    /// What one is called.
+    const NAME: &'static str;
+    /// The numbers that a row may have.
+    const COLUMNS: &'static [u64];
+    /// The shapes that a file may have, for the error about another one.
+    const SHAPES: &'static str;
+
+    /// The row of so many `columns`, of which `at` gives each.
+    fn of(columns: usize, at: impl Fn(usize) -> f64) -> Self;
+}
+
+impl Row for Ray {
+    const NAME: &'static str = "ray";
+    const COLUMNS: &'static [u64] = &[6, 8];
+    const SHAPES: &'static str =
+        "(n, 6) for origins and directions, or (n, 8) with t_min and t_max";
+
+    fn of(columns: usize, at: impl Fn(usize) -> f64) -> Ray {
+        let mut ray = Ray::new([at(0), at(1), at(2)].into(), [at(3), at(4), at(5)].into());
+        if columns == 8 {
+            (ray.t_min, ray.t_max) = (at(6), at(7));
+        }
+        ray
+    }
+}
+
+impl Row for Vec3 {
+    const NAME: &'static str = "point";
+    const COLUMNS: &'static [u64] = &[3];
+    const SHAPES: &'static str = "(n, 3) for points";
+
+    fn of(_: usize, at: impl Fn(usize) -> f64) -> Vec3 {
+        [at(0), at(1), at(2)].into()
+    }
+}
+
 /// An open file of rays, of shape (n, 6) or (n, 8).
-pub struct RayFile {
+pub type RayFile = RowFile<Ray>;
+
+/// An open file of points, of shape (n, 3).
+pub type PointFile = RowFile<Vec3>;
+
+/// An open file of rows.
+pub struct RowFile<R> {
     path: PathBuf,
     data: Data,
     layout: Layout,
     /// Where the first number lies.
     data_offset: u64,
-    rays_read: u64,
+    rows_read: u64,
     bytes: Vec<u8>,
+    row: PhantomData<R>,
 }
 
-impl RayFile {
+impl<R: Row> RowFile<R> {
     /// Opens the regular file at `path`, or standard input for `-`, and reads its header.
     ///
     /// # Errors
-    /// If the file cannot be read, is no `.npy` file, or does not hold what rays look like.
-    pub fn open(path: &Path) -> Result<RayFile> {
+    /// If the file cannot be read, is no `.npy` file, or does not hold what such rows look like.
+    pub fn open(path: &Path) -> Result<RowFile<R>> {
         let (mut data, most_bytes) = if input::is_stdin(path) {
             (Data::Stdin(std::io::stdin()), input::MOST_STDIN_BYTES)
         } else {
@@ -58,7 +104,7 @@ impl RayFile {
         let (header, data_offset) = read_header(&mut data, path)?;
         let layout = Header::parse(&header)
             .map_err(|reason| Error::format(path, "header", reason))?
-            .layout()
+            .layout(R::COLUMNS, R::SHAPES)
             .map_err(|reason| Error::format(path, "header", reason))?;
         let promised = layout
             .rows
@@ -76,26 +122,27 @@ impl RayFile {
             }
             _ => {}
         }
-        Ok(RayFile {
+        Ok(RowFile {
             path: path.to_owned(),
             data,
             layout,
             data_offset,
-            rays_read: 0,
+            rows_read: 0,
             bytes: Vec::new(),
+            row: PhantomData,
         })
     }
 
-    /// How many rays the file holds.
-    pub fn ray_count(&self) -> u64 {
+    /// How many rows the file holds.
+    pub fn row_count(&self) -> u64 {
         self.layout.rows
     }
 
-    /// Replaces `rays` with the next `at_most` rays of the file; with none at its end.
-    pub fn read(&mut self, at_most: usize, rays: &mut Vec<Ray>) -> Result<()> {
-        rays.clear();
+    /// Replaces `some` with the next `at_most` rows of the file; with none at its end.
+    pub fn read(&mut self, at_most: usize, some: &mut Vec<R>) -> Result<()> {
+        some.clear();
         let Layout { rows, columns, number, big_endian, fortran_order } = self.layout;
-        let count = (rows - self.rays_read).min(at_most as u64) as usize;
+        let count = (rows - self.rows_read).min(at_most as u64) as usize;
         let size = number.size();
         self.bytes.resize(count * columns * size, 0);
         let outcome = if let Data::File(file) = &mut self.data
@@ -104,7 +151,7 @@ impl RayFile {
         {
             // Each column is contiguous: column by column into a block of the same order.
             self.bytes.chunks_exact_mut(count * size).enumerate().try_for_each(|(i, column)| {
-                let at = (i as u64 * rows + self.rays_read) * size as u64;
+                let at = (i as u64 * rows + self.rows_read) * size as u64;
                 file.seek(SeekFrom::Start(self.data_offset + at))?;
                 file.read_exact(column)
             })
@@ -114,12 +161,12 @@ impl RayFile {
         outcome.map_err(|error| match error.kind() {
             ErrorKind::UnexpectedEof => Error::format(
                 &self.path,
-                format!("ray {} and following", self.rays_read),
-                format!("the data ends before the {rows} rays that the header promises"),
+                format!("{} {} and following", R::NAME, self.rows_read),
+                format!("the data ends before the {rows} {}s that the header promises", R::NAME),
             ),
             _ => Error::io(&self.path, error),
         })?;
-        self.rays_read += count as u64;
+        self.rows_read += count as u64;
 
         let (row_stride, column_stride) = if fortran_order { (1, count) } else { (columns, 1) };
         let value: fn(&[u8]) -> f64 = match (number, big_endian) {
@@ -129,16 +176,11 @@ impl RayFile {
             (Number::Float64, true) => |b| f64::from_be_bytes(b.try_into().unwrap()),
         };
         let bytes = &self.bytes;
-        rays.extend((0..count).map(|row| {
-            let at = |column: usize| {
+        some.extend((0..count).map(|row| {
+            R::of(columns, |column| {
                 let start = (row * row_stride + column * column_stride) * size;
                 value(&bytes[start..start + size])
-            };
-            let mut ray = Ray::new([at(0), at(1), at(2)].into(), [at(3), at(4), at(5)].into());
-            if columns == 8 {
-                (ray.t_min, ray.t_max) = (at(6), at(7));
-            }
-            ray
+            })
         }));
         Ok(())
     }

@@ -13,7 +13,7 @@ use serde_json::{Map, Value, json};
 use super::{Report, words};
 
 /// The version of what is written.
-const FORMAT: u32 = 1;
+pub(super) const FORMAT: u32 = 1;
 
 /// All of an explanation.
 pub fn of(report: &Report) -> Value {
@@ -58,18 +58,18 @@ pub fn of(report: &Report) -> Value {
 }
 
 /// A number, or null for one that JSON cannot hold.
-fn number(value: f64) -> Value {
+pub(super) fn number(value: f64) -> Value {
     json!(value)
 }
 
-fn bounds(bounds: &Aabb) -> Value {
+pub(super) fn bounds(bounds: &Aabb) -> Value {
     match bounds.is_empty() {
         true => Value::Null,
         false => json!([bounds.min.to_array(), bounds.max.to_array()]),
     }
 }
 
-fn visits(visits: &Visits) -> Value {
+pub(super) fn visits(visits: &Visits) -> Value {
     let Visits { nodes, leaves, triangles } = visits;
     json!({ "nodes": nodes, "leaves": leaves, "triangles": triangles })
 }

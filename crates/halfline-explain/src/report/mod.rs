@@ -2,6 +2,7 @@
 
 mod json;
 mod page;
+mod point;
 mod slice;
 mod text;
 mod words;
@@ -10,6 +11,7 @@ use halfline::Mesh;
 use halfline::explain::Explanation;
 use serde_json::{Value, json};
 
+pub use point::PointReport;
 pub use slice::{SIZE as SLICE_SIZE, SliceOptions, draw_slice};
 
 /// An explanation, and the mesh that it is about.

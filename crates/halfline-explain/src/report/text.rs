@@ -105,14 +105,16 @@ fn sign(sign: i8) -> &'static str {
 fn write_counts(text: &mut String, report: &Report) {
     let explanation = report.explanation;
     let all = Visits { triangles: explanation.triangle_count as u64, ..Visits::default() };
-    let rows = [
-        ("brute force", all),
-        ("textbook", explanation.walk.visits),
-        ("engine", explanation.engine.visits),
-    ];
-    let _ = writeln!(text, "\n{:<13}{:>8}{:>8}{:>13}", "", "nodes", "leaves", "triangles");
+    let (textbook, engine) = (explanation.walk.visits, explanation.engine.visits);
+    text.push('\n');
+    write_visits(text, &[("brute force", all), ("textbook", textbook), ("engine", engine)]);
+}
+
+/// A table of what was visited, by whom.
+pub(super) fn write_visits(text: &mut String, rows: &[(&str, Visits)]) {
+    let _ = writeln!(text, "{:<13}{:>8}{:>8}{:>13}", "", "nodes", "leaves", "triangles");
     for (name, Visits { nodes, leaves, triangles }) in rows {
-        let (nodes, leaves, triangles) = (count(nodes), count(leaves), count(triangles));
+        let (nodes, leaves, triangles) = (count(*nodes), count(*leaves), count(*triangles));
         let _ = writeln!(text, "{name:<13}{nodes:>8}{leaves:>8}{triangles:>13}");
     }
 }
@@ -144,7 +146,7 @@ fn write_answer(text: &mut String, report: &Report) {
 }
 
 /// Adds a paragraph, its lines indented.
-fn wrap(text: &mut String, paragraph: &str, indent: usize) {
+pub(super) fn wrap(text: &mut String, paragraph: &str, indent: usize) {
     let mut column = 0;
     for word in paragraph.split_whitespace() {
         let length = word.chars().count();

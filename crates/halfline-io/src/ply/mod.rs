@@ -27,7 +27,7 @@ use halfline::progress::SharedProgress;
 use halfline::progress::{NoProgress, Observer, Stage};
 
 pub(super) use header::is_ply;
-pub use writer::save;
+pub use writer::{save, save_distances};
 
 /// The arrays of a mesh.
 struct Parts {

@@ -19,12 +19,49 @@ const CHUNK_RECORDS: usize = 1 << 15;
 /// # Errors
 /// [`Error::Io`] if the file cannot be written, [`Error::Interrupted`] if `observer` says so.
 pub fn save(mesh: &Mesh, path: &Path, observer: &dyn Observer) -> Result<()> {
-    let header = header(mesh);
+    let columns = Columns { colors: mesh.vertex_colors.as_deref(), distances: None };
+    save_columns(mesh, columns, path, observer)
+}
+
+/// Writes `mesh` as [`save`] does, with a distance and a colour for each vertex instead of its own
+/// colours. The distance is there twice: as `quality`, in single precision, where MeshLab looks for it,
+/// and as `scalar_distance`, where CloudCompare does.
+///
+/// # Errors
+/// Those of [`save`], and [`Error::Invalid`] unless there is one of each for each vertex.
+pub fn save_distances(
+    mesh: &Mesh,
+    distances: &[f64],
+    colors: &[[u8; 4]],
+    path: &Path,
+    observer: &dyn Observer,
+) -> Result<()> {
+    let vertices = mesh.positions().len();
+    for (what, found) in [("distances", distances.len()), ("colors", colors.len())] {
+        if found != vertices {
+            let reason = format!("expected one for each of {vertices} vertices, found {found}");
+            return Err(Error::invalid(what, reason));
+        }
+    }
+    let columns = Columns { colors: Some(colors), distances: Some(distances) };
+    save_columns(mesh, columns, path, observer)
+}
+
+/// What vertices have besides a position.
+#[derive(Clone, Copy)]
+struct Columns<'a> {
+    colors: Option<&'a [[u8; 4]]>,
+    distances: Option<&'a [f64]>,
+}
+
+fn save_columns(mesh: &Mesh, columns: Columns, path: &Path, observer: &dyn Observer) -> Result<()> {
+    let header = header(mesh, columns);
     let (coordinate_bytes, vertices) = match mesh.positions() {
         Positions::F32(p) => (12, p.len()),
         Positions::F64(p) => (24, p.len()),
     };
-    let vertex_bytes = coordinate_bytes + if mesh.vertex_colors.is_some() { 4 } else { 0 };
+    let vertex_bytes =
+        coordinate_bytes + columns.colors.map_or(0, |_| 4) + columns.distances.map_or(0, |_| 4 + 8);
     let total = header.len() + vertices * vertex_bytes + mesh.triangle_count() * 13;
     let mut writer = Writer {
         file: AtomicFile::create(path)?,
@@ -33,15 +70,14 @@ pub fn save(mesh: &Mesh, path: &Path, observer: &dyn Observer) -> Result<()> {
         progress: SharedProgress::new(observer, Stage::Write, total),
     };
     writer.buffer.extend_from_slice(header.as_bytes());
-    let colors = mesh.vertex_colors.as_deref();
     match mesh.positions() {
         Positions::F32(p) => {
-            writer.vertices(p, colors, |position, buffer| {
+            writer.vertices(p, columns, |position, buffer| {
                 position.iter().for_each(|c| buffer.extend_from_slice(&c.to_le_bytes()));
             })?;
         }
         Positions::F64(p) => {
-            writer.vertices(p, colors, |position, buffer| {
+            writer.vertices(p, columns, |position, buffer| {
                 position.iter().for_each(|c| buffer.extend_from_slice(&c.to_le_bytes()));
             })?;
         }
@@ -60,15 +96,19 @@ pub fn save(mesh: &Mesh, path: &Path, observer: &dyn Observer) -> Result<()> {
     writer.file.commit()
 }
 
-fn header(mesh: &Mesh) -> String {
+fn header(mesh: &Mesh, columns: Columns) -> String {
     let (coordinate, vertices) = match mesh.positions() {
         Positions::F32(p) => ("float", p.len()),
         Positions::F64(p) => ("double", p.len()),
     };
-    let colors = match mesh.vertex_colors {
+    let colors = match columns.colors {
         Some(_) => {
             "property uchar red\nproperty uchar green\nproperty uchar blue\nproperty uchar alpha\n"
         }
+        None => "",
+    };
+    let distances = match columns.distances {
+        Some(_) => "property float quality\nproperty double scalar_distance\n",
         None => "",
     };
     // Many readers know only signed indices, so those are written as long as they serve.
@@ -77,7 +117,8 @@ fn header(mesh: &Mesh) -> String {
     format!(
         "ply\nformat binary_little_endian 1.0\ncomment written by halfline\n\
          element vertex {vertices}\n\
-         property {coordinate} x\nproperty {coordinate} y\nproperty {coordinate} z\n{colors}\
+         property {coordinate} x\nproperty {coordinate} y\nproperty {coordinate} z\n\
+         {colors}{distances}\
          element face {faces}\nproperty list uchar {index} vertex_indices\nend_header\n"
     )
 }
@@ -93,16 +134,22 @@ impl Writer<'_> {
     fn vertices<P>(
         &mut self,
         positions: &[P],
-        colors: Option<&[[u8; 4]]>,
+        columns: Columns,
         encode: impl Fn(&P, &mut Vec<u8>),
     ) -> Result<()> {
         for (chunk, positions) in positions.chunks(CHUNK_RECORDS).enumerate() {
             for (i, position) in positions.iter().enumerate() {
                 encode(position, &mut self.buffer);
-                if let Some(colors) = colors {
+                let vertex = chunk * CHUNK_RECORDS + i;
+                if let Some(colors) = columns.colors {
                     // A colour that is missing is opaque white, as for a mesh without colours.
-                    let color = colors.get(chunk * CHUNK_RECORDS + i).unwrap_or(&[255; 4]);
+                    let color = colors.get(vertex).unwrap_or(&[255; 4]);
                     self.buffer.extend_from_slice(color);
+                }
+                if let Some(distances) = columns.distances {
+                    let distance = distances[vertex];
+                    self.buffer.extend_from_slice(&(distance as f32).to_le_bytes());
+                    self.buffer.extend_from_slice(&distance.to_le_bytes());
                 }
             }
             self.write()?;

@@ -11,7 +11,7 @@ pub(crate) use clay::{Clay, PLASTER, press_highlights};
 pub(crate) use depth::{Depth, spread_depth};
 pub(crate) use face::FaceColors;
 pub(crate) use normal::Normals;
-pub(crate) use steps::{Steps, spread_steps};
+pub(crate) use steps::{Steps, color_bar as steps_color_bar, spread_steps};
 pub(crate) use whitted::Whitted;
 
 use halfline::error::Result;

@@ -3,7 +3,9 @@
 use super::{CHUNK, PLACES, in_ranges};
 use crate::error::Result;
 use crate::geometry::{ClosestPoint, Vec3};
-use crate::nearest::{Answers, ClosestPointColumns, PointSource, Surface, answer_all};
+use crate::nearest::{
+    Answers, ClosestPointColumns, PointSource, PointVisit, Surface, answer_all, record_visits,
+};
 use crate::progress::Observer;
 use crate::rays::{Scalars, Vectors};
 use crate::traverse::CancelCheck;
@@ -34,6 +36,17 @@ pub fn closest_points_columns(
     max_distance.check("max_distance", count)?;
     let source = PointSource::columns(points, max_distance);
     answer(surface, source, Answers::Columns(columns), observer)
+}
+
+/// The closest point for one point, which is finite, and what its walk comes to, in order.
+pub fn record_point_visits(
+    surface: Surface,
+    point: Vec3,
+    observer: &dyn Observer,
+) -> Result<(ClosestPoint, Vec<PointVisit>)> {
+    let recorded = record_visits(surface, point, &mut CancelCheck::new(observer));
+    observer.check()?;
+    Ok(recorded)
 }
 
 fn answer(

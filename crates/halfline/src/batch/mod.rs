@@ -11,7 +11,7 @@ pub use all_hits::{
     AllHitColumns, AllHits, AllHitsIter, count_hits, find_all_hits, find_all_hits_columns,
 };
 
-pub use closest_points::{closest_points, closest_points_columns};
+pub use closest_points::{closest_points, closest_points_columns, record_point_visits};
 
 use crate::error::Result;
 use crate::geometry::{Hit, HitF32, Ray, RayF32};

@@ -49,35 +49,44 @@ pub struct EngineWalk {
 impl EngineWalk {
     /// Casts a ray at a scene.
     pub fn through(scene: &Scene, ray: &Ray) -> EngineWalk {
-        let tree = scene.tree();
         let (hit, visits) = inspect::record_visits(scene, ray);
-        let mut places = vec![Place { at: tree.root, depth: 0, bounds: tree.bounds }];
-        let mut steps = Vec::with_capacity(visits.len());
-        let mut counts = Visits::default();
-        for visit in visits {
-            // A walk comes only to children of nodes that it came to before.
-            let place = places.iter().rposition(|place| place.at == visit.place);
-            let Some(Place { at, depth, bounds }) = place.map(|number| places.swap_remove(number))
-            else {
-                continue;
-            };
-            counts.nodes += 1;
-            let content = if at.is_leaf() {
-                let faces: Vec<u32> = tree.faces(at.index()).collect();
-                counts.leaves += 1;
-                counts.triangles += faces.len() as u64;
-                EngineContent::Leaf { faces }
-            } else {
-                let node = &tree.nodes[at.index()];
-                let before = places.len();
-                places.extend(children(node, depth + 1));
-                EngineContent::Node { children: places.len() - before }
-            };
-            let (index, bounds) = (at.index(), user_box(tree, &bounds));
-            steps.push(EngineStep { index, depth, bounds, content, t_limit: visit.t_limit });
-        }
-        EngineWalk { steps, hit, visits: counts }
+        let places = visits.iter().map(|visit| (visit.place, visit.t_limit));
+        let (steps, visits) = follow(scene.tree(), places);
+        EngineWalk { steps, hit, visits }
     }
+}
+
+/// The steps of a walk that came to these places, in order, each with its limit; and how much that was.
+pub(super) fn follow(
+    tree: &Tree,
+    visits: impl ExactSizeIterator<Item = (NodeRef, f64)>,
+) -> (Vec<EngineStep>, Visits) {
+    let mut places = vec![Place { at: tree.root, depth: 0, bounds: tree.bounds }];
+    let mut steps = Vec::with_capacity(visits.len());
+    let mut counts = Visits::default();
+    for (place, t_limit) in visits {
+        // A walk comes only to children of nodes that it came to before.
+        let place = places.iter().rposition(|known| known.at == place);
+        let Some(Place { at, depth, bounds }) = place.map(|number| places.swap_remove(number))
+        else {
+            continue;
+        };
+        counts.nodes += 1;
+        let content = if at.is_leaf() {
+            let faces: Vec<u32> = tree.faces(at.index()).collect();
+            counts.leaves += 1;
+            counts.triangles += faces.len() as u64;
+            EngineContent::Leaf { faces }
+        } else {
+            let node = &tree.nodes[at.index()];
+            let before = places.len();
+            places.extend(children(node, depth + 1));
+            EngineContent::Node { children: places.len() - before }
+        };
+        let (index, bounds) = (at.index(), user_box(tree, &bounds));
+        steps.push(EngineStep { index, depth, bounds, content, t_limit });
+    }
+    (steps, counts)
 }
 
 /// Something that the walk may come to.

@@ -7,6 +7,7 @@
 mod cells;
 mod engine_walk;
 mod nearest_miss;
+mod point;
 mod rule;
 mod slice;
 mod verdict;
@@ -15,6 +16,7 @@ mod walk;
 pub use cells::{Cell, Cells, Content, Side};
 pub use engine_walk::{EngineContent, EngineStep, EngineWalk};
 pub use nearest_miss::{NearestMiss, nearest_miss};
+pub use point::{PointExplanation, PointStep};
 pub use rule::{Rule, TRAVERSAL_COST};
 pub use slice::{Point, Rectangle, Slice, SliceCell, SlicePlane};
 pub use verdict::{Edge, TriangleTest, Verdict};

@@ -16,4 +16,4 @@ mod stream;
 
 pub use questions::{Answers, ClosestPointColumns, PointSource};
 pub use single::Surface;
-pub use stream::answer_all;
+pub use stream::{PointVisit, answer_all, record_visits};

@@ -23,7 +23,7 @@ use crate::geometry::{ClosestPoint, NO_FACE, Vec3};
 use crate::numeric::{NearestPart, round_up};
 use crate::simd::{Job, LANES, Simd};
 use crate::traverse::{CancelCheck, PrefetchChoice, Prefetcher, SLOTS, Stacks, next_slot};
-use crate::tree::{BLOCK_SIZE, NodeRef, panic_corrupt_tree};
+use crate::tree::{BLOCK_SIZE, NodeRef, Tree, panic_corrupt_tree};
 
 /// Faces that are decided exactly take the time of so many leaves' faces, as counts to the next look at the observer.
 const EXACT_FACES: usize = 16;
@@ -35,7 +35,45 @@ pub fn answer_all(
     answers: Answers,
     cancel: &mut CancelCheck,
 ) {
-    surface.target.level.run(Stream { surface, source, answers, cancel });
+    surface.target.level.run(Stream { surface, source, answers, cancel, visits: None });
+}
+
+/// The closest point of one point, found as in a batch, and every node and leaf that its walk comes to, in order: none
+/// for a point too far away for single precision, with which the plain loop walks, and none of what has no area.
+pub fn record_visits(
+    surface: Surface,
+    point: Vec3,
+    cancel: &mut CancelCheck,
+) -> (ClosestPoint, Vec<PointVisit>) {
+    let (mut closest, mut visits) = ([ClosestPoint::NONE], Vec::new());
+    let points = [point];
+    let source = PointSource::rows(&points, f64::INFINITY);
+    let (answers, recorded) = (Answers::Rows(&mut closest), Some(&mut visits));
+    surface.target.level.run(Stream { surface, source, answers, cancel, visits: recorded });
+    (closest[0], visits)
+}
+
+/// A node or leaf that a point's walk comes to.
+#[derive(Clone, Copy, Debug)]
+pub struct PointVisit {
+    /// Which node or leaf.
+    pub place: NodeRef,
+    /// About the distance, in the mesh's units, beyond which nothing matters any more.
+    pub limit: f64,
+}
+
+/// Records where the points of some slots are.
+#[cold]
+fn record(
+    visits: &mut Vec<PointVisit>,
+    tree: &Tree,
+    mut slots: u32,
+    (places, queries): (&[u32; SLOTS], &[Query; SLOTS]),
+) {
+    while let Some(slot) = next_slot(&mut slots) {
+        let limit = f64::from(queries[slot].bound) * tree.frame.unit();
+        visits.push(PointVisit { place: NodeRef(places[slot]), limit });
+    }
 }
 
 /// A chunk of points.
@@ -44,6 +82,8 @@ struct Stream<'a, 'b, 'c> {
     source: PointSource<'a>,
     answers: Answers<'a>,
     cancel: &'b mut CancelCheck<'c>,
+    /// The steps of a single point, if somebody wants to know them.
+    visits: Option<&'b mut Vec<PointVisit>>,
 }
 
 /// A point under way.
@@ -71,7 +111,7 @@ impl Job for Stream<'_, '_, '_> {
 
     #[inline(always)]
     fn run<S: Simd>(self, simd: S) {
-        let Stream { surface, source, mut answers, cancel } = self;
+        let Stream { surface, source, mut answers, cancel, mut visits } = self;
         let tree = surface.target.tree;
         let errors = CornerErrors::of(tree);
         let mut stacks = Stacks::new(tree.max_stack_size);
@@ -101,6 +141,9 @@ impl Job for Stream<'_, '_, '_> {
                 return;
             }
             cancel.count(leaves.count_ones() as usize * BLOCK_SIZE);
+            if let Some(visits) = &mut visits {
+                record(visits, tree, nodes | leaves, (&places, &queries));
+            }
 
             // Let every point at a node take a step.
             let mut rest = nodes;

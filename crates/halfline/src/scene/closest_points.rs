@@ -34,7 +34,7 @@ impl Scene {
 
     /// What points are held against. The first time it makes the tree over the faces without area, if the mesh has
     /// some.
-    fn surface(&self) -> Result<Surface<'_>> {
+    pub(super) fn surface(&self) -> Result<Surface<'_>> {
         let Scene { mesh, tree, parameters, level, without_area, .. } = self;
         if tree.skipped_zero_area > 0 && without_area.get().is_none() {
             // Another thread may have been first, with the same tree.

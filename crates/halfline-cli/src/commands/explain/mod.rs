@@ -1,11 +1,13 @@
-//! `halfline explain`: why a ray hits what it hits, or nothing.
+//! `halfline explain`: why a ray hits what it hits, or nothing; or why a point is as far from the surface as it is.
+
+mod point;
 
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueEnum};
 use halfline::explain::{Cells, Explanation, Rule, Slice, SlicePlane, Step, Walk, check};
-use halfline::geometry::{Ray, vec3};
+use halfline::geometry::{Ray, Vec3, vec3};
 use halfline::progress::Stage;
 use halfline::textbook::Termination;
 use halfline::{Aabb, Error, Mesh, Scene};
@@ -26,13 +28,15 @@ const EXAMPLES: &str = "\
 A ray's walk through the lecture's kd-tree, step by step: each cell and which case of the traversal
 it is, each triangle and why it is hit or missed, and what the engine did for the same answer. For a
 ray that hits nothing, which triangle it passes closest, and by how much. See docs/explain.md.
+With --point, the engine's walk to what is nearest, and the parts of the point's winding number.
 
 Examples:
   halfline explain scan.ply --ray 0,0,5,0,0,-1           as text
   halfline explain scan.ply --pixel 640,360 --up +Z      the ray of a pixel that render draws
   halfline explain scan.ply --pixel 640,360 -o walk.html a page to step through
   halfline explain scan.ply --pixel 640,360 --json | jq .nearest_miss
-  halfline explain scan.ply --plane xz > cells.svg       the tree's cells, cut by a plane";
+  halfline explain scan.ply --plane xz > cells.svg       the tree's cells, cut by a plane
+  halfline explain scan.ply --point 0,0.1,0.2            what is nearest to a point, and on which side it is";
 
 /// The options of `halfline explain`.
 #[derive(Debug, Args)]
@@ -45,12 +49,17 @@ pub struct Options {
     /// The ray: origin, direction of any length, and if wanted the smallest and largest t
     #[arg(long, value_name = "OX,OY,OZ,DX,DY,DZ[,T0,T1]", allow_hyphen_values = true)]
     #[arg(value_parser = values::ray, conflicts_with = "pixel")]
-    #[arg(required_unless_present_any = ["pixel", "plane"])]
+    #[arg(required_unless_present_any = ["pixel", "plane", "point"])]
     ray: Option<Ray>,
 
     /// The ray through the middle of a pixel of the camera below, from 0,0 at the top left
     #[arg(long, value_name = "COLUMN,ROW", value_parser = values::pixel)]
     pixel: Option<(u32, u32)>,
+
+    /// A point instead of a ray: what is nearest to it, and on which side of the surface it is
+    #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true, value_parser = text::vector)]
+    #[arg(conflicts_with_all = ["ray", "pixel", "plane", "rule"])]
+    point: Option<Vec3>,
 
     /// Draw the tree's cells where a plane cuts them, as SVG, and the ray, if any
     #[arg(long, value_enum, value_name = "AXES")]
@@ -108,9 +117,10 @@ impl PlaneName {
 pub fn run(options: &Options, session: Session) -> Result<(), Failure> {
     check_output(options, &session)?;
     let source = Source::open(&options.mesh, &options.tree, &session)?;
-    match options.plane {
-        Some(plane) => cut(options, plane.axis(), &source, session),
-        None => tell(options, &source, session),
+    match (options.plane, options.point) {
+        (Some(plane), _) => cut(options, plane.axis(), &source, session),
+        (None, Some(point)) => point::tell(options, point, &source, session),
+        (None, None) => tell(options, &source, session),
     }
 }
 
@@ -127,6 +137,11 @@ fn check_output(options: &Options, session: &Session) -> Result<(), Failure> {
     match (options.plane.is_some(), is_svg(path)) {
         (true, false) => return usage("with --plane the output's name must end in .svg"),
         (false, true) => return usage("an .svg shows a plane: say which by --plane"),
+        _ if options.point.is_some() && output::extension(path).as_deref() == Some("html") => {
+            return usage(
+                "a page shows a ray: with --point the output's name must end in .json or .txt",
+            );
+        }
         _ => {}
     }
     output::check(path, &[&options.mesh])

@@ -1,4 +1,6 @@
-//! `halfline query`: the rays of a NumPy file in, what they hit out.
+//! `halfline query`: the rays of a NumPy file in, what they hit out; or points in, and what is nearest.
+
+mod nearest;
 
 use std::borrow::Cow;
 use std::path::PathBuf;
@@ -40,10 +42,22 @@ with --any instead
 and with --all, of m hits in all, `splits` (n + 1,) int64 as well: the hits of ray i are
 splits[i]:splits[i + 1] of the others, ordered by t.
 
+With --nearest the file holds points of shape (n, 3) instead, and NEAR.npz what is nearest to each:
+  distance     (n,)    float64  inf for a point that is not finite
+  point        (n, 3)  float64  the nearest point of the surface
+  face         (n,)    int64    the triangle that has it, of several the first; -1 for none
+  source_face  (n,)    int64    the face of the file that the triangle was cut from
+  uv           (n, 2)  float64  barycentric weights of the triangle's second and third vertex
+  feature      (n,)    str      where on the triangle it is: face, edge or vertex
+and with --signed also
+  signed_distance (n,) float64  negative inside, where the winding number is above a half
+  winding_number  (n,) float64  how often the surface goes round the point
+
 Examples:
   halfline query scan.ply rays.npy -o hits.npz
   halfline query scan.ply sun.npy -o shade.npz --any
-  halfline query scan.ply rays.npy -o judge.npz --engine brute";
+  halfline query scan.ply rays.npy -o judge.npz --engine brute
+  halfline query scan.ply points.npy -o near.npz --nearest --signed";
 
 /// The options of `halfline query`.
 #[derive(Debug, Args)]
@@ -53,7 +67,7 @@ pub struct Options {
     #[arg(value_name = "MESH")]
     mesh: PathBuf,
 
-    /// The rays, or - for standard input
+    /// The rays, or with --nearest the points, or - for standard input
     #[arg(value_name = "RAYS.npy")]
     rays: PathBuf,
 
@@ -73,6 +87,14 @@ pub struct Options {
     /// All hits along each ray, not only the first
     #[arg(long)]
     all: bool,
+
+    /// Find what is nearest to each of the points of the file, which then holds no rays
+    #[arg(long, conflicts_with_all = ["any", "all", "engine"])]
+    nearest: bool,
+
+    /// Tell on which side of the surface points are
+    #[arg(long, requires = "nearest")]
+    signed: bool,
 
     #[command(flatten)]
     tree: TreeOptions,
@@ -108,6 +130,9 @@ pub fn run(options: &Options, session: Session) -> Result<(), Failure> {
     if input::is_stdin(&options.mesh) && input::is_stdin(&options.rays) {
         let reason = "only one of MESH and RAYS.npy can be -, standard input";
         return Err(Failure::Usage(reason.into()));
+    }
+    if options.nearest {
+        return nearest::run(options, session);
     }
     // A wrong ray file should show before a large mesh is loaded.
     let rays = RayFile::open(&options.rays)?;
@@ -160,7 +185,7 @@ impl Run<'_> {
             _ => Answers::Closest(Vec::new()),
         };
         let (mut batch, mut invalid_rays, mut trace_seconds) = (Vec::new(), 0, 0.0);
-        let (mut first, ray_count) = (0, self.rays.ray_count());
+        let (mut first, ray_count) = (0, self.rays.row_count());
         self.session.begin(Stage::Trace);
         loop {
             self.session.observer().check()?;
