@@ -69,10 +69,13 @@ wheel: rust venv ## build the Python package for this machine into target/wheels
 demo: rust ## generate a scan of 5.5 million triangles and render it
 	@python=$$(tools/find_python.sh) && "$$python" tools/demo.py "$(target_dir)/release/halfline"
 
+# Python's tests go two files at a time: most wait for a process of their own.
+PYTEST := pytest --numprocesses 2 --dist loadfile
+
 .PHONY: test
 test: browser native ## run all tests, Rust's and Python's
 	cargo test --locked --workspace
-	HALFLINE_BIN="$(target_dir)/debug/halfline" $(VENV)/bin/python -m pytest
+	HALFLINE_BIN="$(target_dir)/debug/halfline" $(VENV)/bin/python -m $(PYTEST)
 
 .PHONY: test-long
 test-long: rust ## prove the engines on 10 million rays instead of half a million
