@@ -89,7 +89,7 @@ def test_every_recipe_has_examples_with_output() -> None:
 
 def test_every_picture_of_the_guide_is_there() -> None:
     text = (ROOT / "docs/python.md").read_text(encoding="utf-8")
-    for name in ("thickness", "openness", "lidar"):
+    for name in ("thickness", "openness", "lidar", "slice"):
         assert f"](images/{name}.png)" in text
         data = (ROOT / "docs/images" / f"{name}.png").read_bytes()
         assert data.startswith(b"\x89PNG")
