@@ -194,6 +194,13 @@ def draw_lidar(recipe: dict[str, Any]) -> None:
     write(image, "lidar.png", 128)
 
 
+def draw_slice(recipe: dict[str, Any]) -> None:
+    """A cut through the distances from an urchin."""
+    scene = halfline.Scene(halfline.generate("scan", 200_000))
+    bounds = np.array([[-1.6, -1.35, 0.0], [1.6, 1.35, 0.0]])
+    write(Image.fromarray(recipe["slice_picture"](scene, bounds, 0.1, 0.005)), "slice.png", 64)
+
+
 def main() -> None:
     """Draws all of them."""
     recipe = recipes()
@@ -201,6 +208,7 @@ def main() -> None:
     draw_openness(recipe, urchin)
     draw_thickness(recipe, halfline.generate("scan", 200_000))
     draw_lidar(recipe)
+    draw_slice(recipe)
 
 
 if __name__ == "__main__":

@@ -146,4 +146,4 @@ class Nearest:
 
 def words_of(face: NDArray[np.int64], code: NDArray[np.uint8]) -> NDArray[np.str_]:
     """The features of faces by their codes; empty for no face."""
-    return np.asarray(WORDS[np.where(face < 0, len(FEATURES), code)])
+    return np.asarray(WORDS[np.where(face < 0, len(FEATURES), code)], dtype=WORDS.dtype)

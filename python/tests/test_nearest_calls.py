@@ -28,7 +28,7 @@ def scene() -> halfline.Scene:
 
 @pytest.mark.parametrize("name", ALL)
 def test_a_callable_hears_of_progress(scene: halfline.Scene, name: str) -> None:
-    points = np.random.default_rng(13).uniform(-1.0, 1.0, size=(100_000, 3))
+    points = np.random.default_rng(13).uniform(-1.0, 1.0, size=(1_000_000, 3))
     ask = getattr(scene, name)
     many = listened(partial(ask, points), "trace")
     assert len(many) > 2
