@@ -6,8 +6,7 @@
 //! Plane Triangle" (1983) give the tangent of half of one. Different here:
 //!
 //! 1. In coordinates (x, y, z) with z along d, and with q = |a| - z, the half angle is minus the argument of
-//!    `conj(x_a + i y_a) (x_b + i y_b) + q_a q_b`. Nothing cancels in it where a or b is near to the direction, where the
-//!    textbook's denominator has no digit left.
+//!    `conj(x_a + i y_a) (x_b + i y_b) + q_a q_b`, whose bound is a few operations.
 //! 2. The frame is a rotation whose entries are integers times a power of two: it is exact.
 //! 3. Arguments are added by multiplying the numbers and counting how often the product goes around, so that one arc tangent is
 //!    enough for all edges.
@@ -41,9 +40,8 @@ pub const FRAME_LENGTH: f64 = 459828979798108.0 * UNIT;
 const UNIT: f64 = 1.0 / (1_u64 << 46) as f64;
 
 /// What is computed of a sum, in terms of `L_a s_b + L_b s_a`, where L is a length in the frame and
-/// s = |x| + |y| + q: a coordinate is off by 4 u L (a difference, a product and two sums), L by 8 u L, q by 16 u L,
-/// for it comes of L - z where z <= 0 and else of (x^2 + y^2) / (L + z), in which errors of x and y count at most
-/// 12 u L. A product of coordinates so is off by 6 u (L_a s_b + L_b s_a) at most, that of the q by 16 u, and roundings
+/// s = |x| + |y| + q: a coordinate is off by 4 u L (a difference, a product and two sums), L by 8 u L, and q by less
+/// than 16 u L. A product of coordinates so is off by 6 u (L_a s_b + L_b s_a) at most, that of the q by 16 u, and roundings
 /// of products and sums by 4 u: less than 26 u, and the rest for second-order terms.
 const SUM_ERROR: f64 = 32.0 * UNIT_ROUNDOFF;
 
@@ -75,9 +73,8 @@ impl SeenVertex {
     #[inline(always)]
     pub fn new(from_point: Vec3) -> SeenVertex {
         let [x, y, z] = FRAME.map(|row| row.dot(from_point));
-        let across = x * x + y * y;
-        let length = (across + z * z).sqrt();
-        let q = if z > 0.0 { across / (length + z) } else { length - z };
+        let length = (x * x + y * y + z * z).sqrt();
+        let q = length - z;
         SeenVertex { x, y, q, length, size: x.abs() + y.abs() + q }
     }
 }

@@ -121,6 +121,31 @@ fn hierarchies_of_edges_are_within_their_bounds() {
     }
 }
 
+/// Points whose winding number is as near to one half as bisection finds them: a coarse sum is not enough there.
+#[test]
+fn what_is_inside_is_decided_with_certainty() {
+    let mut random = Random(27);
+    let all = triangles(&sphere(5, Vec3::ZERO, 1.0));
+    let half = all.into_iter().filter(|t| t[0].z + t[1].z + t[2].z > 0.1 * t[0].x);
+    let scene = Scene::new(soup(half)).unwrap();
+    for turn in 0..24 {
+        let mut outside = vec3(random.signed() * 0.5, random.signed() * 0.5, -0.7);
+        let mut inside = vec3(outside.x, outside.y, 0.6);
+        for _ in 0..14 + turn {
+            let middle = (outside + inside) * 0.5;
+            let number = scene.winding_numbers(&[middle])[0];
+            *(if number > 0.5 { &mut inside } else { &mut outside }) = middle;
+        }
+        let points = [outside, inside];
+        let expected = points.map(|point| winding_number(scene.mesh(), point));
+        for (i, is_inside) in scene.contains(&points).into_iter().enumerate() {
+            if (expected[i] - 0.5).abs() > 1e-9 {
+                assert_eq!(is_inside, expected[i] > 0.5, "{turn}: {} {:?}", expected[i], points[i]);
+            }
+        }
+    }
+}
+
 #[test]
 fn parts_of_a_closed_surface_add_up() {
     let mut random = Random(25);
