@@ -38,6 +38,9 @@ const POINT_ERROR: f64 = 2.0 * UNIT_ROUNDOFF;
 /// Distances in the frame below this are taken for zero: scaling may have lost some of their digits.
 const SMALLEST: f64 = 1e-30;
 
+/// Lengths below this have squares that are no normal numbers.
+const SMALLEST_LENGTH: f64 = 1e-150;
+
 /// Points farther away than this in the frame are held against every leaf.
 const FARTHEST: f64 = 1e100;
 
@@ -95,6 +98,15 @@ impl<'a> Seeker<'a> {
         let answer = nearest.map_or(ClosestPoint::NONE, |part| part.closest_point(point));
         if answer.distance <= max_distance { answer } else { ClosestPoint::NONE }
     }
+}
+
+/// No point of the box of three corners is nearer than this; not a number where that is not known.
+fn distance_to_corners(p: Vec3, [a, b, c]: [Vec3; 3]) -> f64 {
+    let before = a.min(b).min(c) - p;
+    let behind = p - a.max(b).max(c);
+    let distance = before.max(behind).max(Vec3::ZERO).length();
+    // Squares of less may have lost their digits, and count for zero.
+    distance * (1.0 - BOX_ERROR) - SMALLEST_LENGTH
 }
 
 impl Walk<'_> {
@@ -165,6 +177,12 @@ impl Walk<'_> {
         let corners = self.surface.target.mesh.corners(face);
         // As in a tree that was damaged.
         if face == NO_FACE || !corners.into_iter().all(Vec3::is_finite) {
+            return;
+        }
+        if self
+            .nearest
+            .is_some_and(|nearest| distance_to_corners(self.point, corners) > nearest.high)
+        {
             return;
         }
         let part = NearestPart::of(self.point, face, corners);

@@ -50,7 +50,7 @@ fn every_set_keeps_the_lanes_that_are_met_and_in_their_order() {
 struct Arithmetic([[f32; LANES]; 3]);
 
 impl Job for &Arithmetic {
-    type Output = ([[f32; LANES]; 9], u32);
+    type Output = ([[f32; LANES]; 10], u32);
 
     #[inline(always)]
     fn run<S: Simd>(self, simd: S) -> Self::Output {
@@ -70,6 +70,7 @@ impl Job for &Arithmetic {
             read(simd.neg_mul_add(a, b, c)),
             read(simd.abs(a)),
             read(simd.div(a, b)),
+            read(simd.sqrt(simd.abs(a))),
         ];
         (results, simd.lt(a, b))
     }
@@ -91,6 +92,7 @@ fn every_set_computes_lane_by_lane() {
         std::array::from_fn(|lane| c[lane] - a[lane] * b[lane]),
         std::array::from_fn(|lane| a[lane].abs()),
         std::array::from_fn(|lane| a[lane] / b[lane]),
+        std::array::from_fn(|lane| a[lane].abs().sqrt()),
     ];
     let below = (0..LANES).fold(0, |bits, lane| bits | u32::from(a[lane] < b[lane]) << lane);
     for level in Level::available() {

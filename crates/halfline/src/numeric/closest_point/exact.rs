@@ -2,12 +2,12 @@
 
 use std::cmp::Ordering;
 
-use super::{Region, Rounded};
+use super::Region;
 use crate::geometry::Vec3;
 use crate::numeric::exact::{BigFloat, ExactNumber};
 
 /// A vector of exact coordinates.
-type Vector = [BigFloat; 3];
+pub type Vector = [BigFloat; 3];
 
 /// A quotient that is not negative.
 pub struct Quotient {
@@ -114,42 +114,61 @@ impl Exactly {
         }
     }
 
-    /// The doubles nearest to all that is told of the nearest point.
-    pub fn rounded(&self, region: Region) -> Rounded<f64> {
+    /// For an edge or the inside, the numbers whose squares' sum, by the square of the length of edge or normal, is
+    /// the square of the distance. They are small where the point is near, and lose nothing by it.
+    pub fn offsets(&self, region: Region) -> Vector {
+        match region {
+            Region::Corner(corner) => self.arm(corner),
+            Region::Edge(edge) => cross(&self.arm(edge), &self.side(edge, edge + 1)),
+            Region::Inside => {
+                [dot(&self.normal(), &self.arm(0)), BigFloat::default(), BigFloat::default()]
+            }
+        }
+    }
+
+    /// The double nearest to the distance.
+    pub fn distance(&self, region: Region) -> f64 {
         let Quotient { dividend, divisor } = self.squared_distance(region);
-        let distance = dividend.root_of_quotient(&divisor);
+        dividend.root_of_quotient(&divisor)
+    }
+
+    /// The double nearest to a coordinate of the nearest point.
+    pub fn coordinate(&self, region: Region, axis: usize) -> f64 {
         let exact = |x: f64| BigFloat::from_double(x);
         match region {
-            Region::Corner(corner) => {
-                let weight = |of: usize| f64::from(u8::from(corner == of));
-                let point = self.corners[corner].to_array();
-                Rounded { distance, point, weights: [weight(1), weight(2)] }
-            }
+            Region::Corner(corner) => self.corners[corner][axis],
             Region::Edge(edge) => {
-                let (side, next) = (self.side(edge, edge + 1), (edge + 1) % 3);
-                let along = dot(&self.arm(edge), &side);
-                let point = [0, 1, 2].map(|axis| {
-                    let start = exact(self.corners[edge][axis]).times(&divisor);
-                    start.plus(&along.times(&side[axis])).quotient(&divisor)
-                });
-                let weight = |of: usize| match of {
-                    _ if of == next => along.quotient(&divisor),
-                    _ if of == edge => divisor.minus(&along).quotient(&divisor),
-                    _ => 0.0,
-                };
-                Rounded { distance, point, weights: [weight(1), weight(2)] }
+                let side = self.side(edge, edge + 1);
+                let (along, square) = (dot(&self.arm(edge), &side), dot(&side, &side));
+                let start = exact(self.corners[edge][axis]).times(&square);
+                start.plus(&along.times(&side[axis])).quotient(&square)
             }
             Region::Inside => {
-                let (normal, arm) = (self.normal(), self.arm(0));
-                let height = dot(&normal, &arm);
-                let point = [0, 1, 2].map(|axis| {
-                    let start = exact(self.p[axis]).times(&divisor);
-                    start.minus(&height.times(&normal[axis])).quotient(&divisor)
-                });
-                let weight = |across: Vector| dot(&normal, &across).quotient(&divisor);
-                let weights =
-                    [weight(cross(&arm, &self.side(0, 2))), weight(cross(&self.side(0, 1), &arm))];
-                Rounded { distance, point, weights }
+                let normal = self.normal();
+                let (height, square) = (dot(&normal, &self.arm(0)), dot(&normal, &normal));
+                let start = exact(self.p[axis]).times(&square);
+                start.minus(&height.times(&normal[axis])).quotient(&square)
+            }
+        }
+    }
+
+    /// The double nearest to the weight of a corner.
+    pub fn weight(&self, region: Region, of: usize) -> f64 {
+        match region {
+            Region::Corner(corner) => f64::from(u8::from(corner == of)),
+            Region::Edge(edge) => {
+                let side = self.side(edge, edge + 1);
+                let (along, square) = (dot(&self.arm(edge), &side), dot(&side, &side));
+                match of {
+                    _ if of == (edge + 1) % 3 => along.quotient(&square),
+                    _ if of == edge => square.minus(&along).quotient(&square),
+                    _ => 0.0,
+                }
+            }
+            Region::Inside => {
+                let normal = self.normal();
+                let across = cross(&self.side(of + 1, of + 2), &self.arm(of + 1));
+                dot(&normal, &across).quotient(&dot(&normal, &normal))
             }
         }
     }

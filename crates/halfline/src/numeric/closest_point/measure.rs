@@ -10,6 +10,7 @@ use super::{Region, Rounded};
 use crate::geometry::Vec3;
 use crate::numeric::UNIT_ROUNDOFF;
 use crate::numeric::double_double::{DoubleDouble, two_product};
+use crate::numeric::exact::BigFloat;
 
 /// One rounding of a double-double.
 const UNIT: f64 = UNIT_ROUNDOFF * UNIT_ROUNDOFF;
@@ -23,6 +24,9 @@ const EDGE_ERROR: f64 = 256.0 * UNIT;
 
 /// Error of a point in a plane and of the distance from it, in terms of |ap| |ab| |ac| / |n|.
 const PLANE_ERROR: f64 = 2048.0 * UNIT;
+
+/// Error of the length of the normal, in terms of itself and of |ab| |ac| / |n| and one.
+const NORMAL_ERROR: f64 = 128.0 * UNIT;
 
 /// Error of a weight, in terms of |ap| |s| / |n| times the larger of one and |ab| |ac| / |n|, s being the other edge.
 const WEIGHT_ERROR: f64 = 1024.0 * UNIT;
@@ -68,6 +72,8 @@ impl Bounded {
 pub struct Measure {
     /// How far away.
     pub distance: Bounded,
+    /// The length of the edge or of the normal, or one, with an error in terms of itself.
+    divisor: Bounded,
     point: [Bounded; 3],
     weights: [Bounded; 2],
 }
@@ -142,6 +148,7 @@ impl Measure {
         };
         Some(Measure {
             distance,
+            divisor: known(1.0),
             point: [known(at.x), known(at.y), known(at.z)],
             weights: [weight(1), weight(2)],
         })
@@ -153,10 +160,16 @@ impl Measure {
         let (side, arm) = (difference(corners[next], start), difference(p, start));
         let (side_length, arm_length) = (length(&side), length(&arm));
         (is_in_range(side_length) && is_in_range(arm_length)).then_some(())?;
-        let t = dot(&arm, &side).divided_by(dot(&side, &side));
+        let square = dot(&side, &side);
+        let divisor = Bounded { value: root(square), error: CORNER_ERROR };
+        let t = dot(&arm, &side).divided_by(square);
         let error = EDGE_ERROR * (side_length + arm_length);
         let step = [side[0].times(t), side[1].times(t), side[2].times(t)];
-        let apart = [0, 1, 2].map(|axis| arm[axis].minus_loosely(step[axis]));
+        let apart = [
+            arm[0].minus_loosely(step[0]),
+            arm[1].minus_loosely(step[1]),
+            arm[2].minus_loosely(step[2]),
+        ];
         let distance = if length(&apart) == 0.0 {
             // Not known to be zero.
             Bounded { value: double(0.0), error }
@@ -164,10 +177,11 @@ impl Measure {
             is_in_range(length(&apart)).then_some(())?;
             Bounded { value: root(dot(&apart, &apart)), error }
         };
-        let point = [0, 1, 2].map(|axis| Bounded {
-            value: double(start[axis]).plus(step[axis]),
-            error: error + SUM_ERROR * start[axis].abs(),
-        });
+        let mut point = [Bounded::ZERO; 3];
+        for axis in 0..3 {
+            let value = double(start[axis]).plus(step[axis]);
+            point[axis] = Bounded { value, error: error + SUM_ERROR * start[axis].abs() };
+        }
         let weight = |of: usize| match of {
             _ if of == next => Bounded { value: t, error: error / side_length },
             _ if of == edge => {
@@ -176,7 +190,7 @@ impl Measure {
             }
             _ => Bounded::ZERO,
         };
-        Some(Measure { distance, point, weights: [weight(1), weight(2)] })
+        Some(Measure { distance, divisor, point, weights: [weight(1), weight(2)] })
     }
 
     fn of_inside(p: Vec3, [a, b, c]: [Vec3; 3]) -> Option<Measure> {
@@ -194,26 +208,46 @@ impl Measure {
         let height = dot(&normal, &arm);
         let magnitude = if height.high < 0.0 { minus(height) } else { height };
         let error = PLANE_ERROR * slenderness * arm_length;
-        let distance = Bounded { value: magnitude.divided_by(root(square)), error };
+        let divisor = Bounded { value: root(square), error: NORMAL_ERROR * (slenderness + 1.0) };
+        let distance = Bounded { value: magnitude.divided_by(divisor.value), error };
         let share = height.divided_by(square);
-        let point = [0, 1, 2].map(|axis| Bounded {
-            value: double(p[axis]).minus(normal[axis].times(share)),
-            error: error + SUM_ERROR * p[axis].abs(),
-        });
+        let mut point = [Bounded::ZERO; 3];
+        for axis in 0..3 {
+            let value = double(p[axis]).minus(normal[axis].times(share));
+            point[axis] = Bounded { value, error: error + SUM_ERROR * p[axis].abs() };
+        }
         let weight = |across: Vector, other: f64| Bounded {
             value: dot(&normal, &across).divided_by(square),
             error: WEIGHT_ERROR * slenderness.max(1.0) * (arm_length * other / size + 1.0),
         };
         let weights = [weight(cross(&arm, &ac), ac_length), weight(cross(&ab, &arm), ab_length)];
-        Some(Measure { distance, point, weights })
+        Some(Measure { distance, divisor, point, weights })
+    }
+
+    /// The double nearest to the distance, if that is certain given the exact numbers that it comes of.
+    pub fn distance_from(&self, offsets: &[BigFloat; 3]) -> Option<f64> {
+        let mut near = [double(0.0); 3];
+        for (near, offset) in near.iter_mut().zip(offsets) {
+            *near = offset.to_double_double()?;
+        }
+        let longest = length(&near);
+        if longest == 0.0 {
+            return Some(0.0);
+        }
+        is_in_range(longest).then_some(())?;
+        let value = root(dot(&near, &near)).divided_by(self.divisor.value);
+        let error = (self.divisor.error + CORNER_ERROR) * value.high;
+        Bounded { value, error }.rounded()
     }
 
     /// The nearest doubles, as far as they are certain.
-    pub fn rounded(&self) -> Rounded<Option<f64>> {
+    pub fn rounded(&self) -> Rounded {
+        let [x, y, z] = &self.point;
+        let [u, v] = &self.weights;
         Rounded {
             distance: self.distance.rounded(),
-            point: self.point.map(|x| x.rounded()),
-            weights: self.weights.map(|x| x.rounded()),
+            point: [x.rounded(), y.rounded(), z.rounded()],
+            weights: [u.rounded(), v.rounded()],
         }
     }
 }

@@ -116,22 +116,30 @@ impl NearestPart {
         };
         let measure = Measure::new(p, corners, region);
         let quick = measure.as_ref().map(Measure::rounded).unwrap_or_default();
-        let mut exactly = None;
-        let mut exact = || *exactly.get_or_insert_with(|| Exactly::new(p, corners).rounded(region));
-        let distance = quick.distance.unwrap_or_else(|| exact().distance);
+        let exactly = Exactly::new(p, corners);
+        let more_closely = || measure.as_ref()?.distance_from(&exactly.offsets(region));
+        let distance =
+            quick.distance.or_else(more_closely).unwrap_or_else(|| exactly.distance(region));
         let mut point = Vec3::ZERO;
         for axis in 0..3 {
-            point[axis] = quick.point[axis].unwrap_or_else(|| exact().point[axis]);
+            let [a, b, c] = [corners[0][axis], corners[1][axis], corners[2][axis]];
+            point[axis] = match quick.point[axis] {
+                Some(coordinate) => coordinate,
+                // As in a plane across an axis.
+                None if a == b && b == c => a + 0.0,
+                None => exactly.coordinate(region, axis),
+            };
         }
-        let [u, v] = [0, 1].map(|i| quick.weights[i].unwrap_or_else(|| exact().weights[i]));
+        let u = quick.weights[0].unwrap_or_else(|| exactly.weight(region, 1));
+        let v = quick.weights[1].unwrap_or_else(|| exactly.weight(region, 2));
         ClosestPoint { distance, point, face, u, v, feature }
     }
 }
 
-/// Distance, point and weights of the second and third corner.
+/// Distance, point and weights of the second and third corner, as far as they are known.
 #[derive(Clone, Copy, Debug, Default)]
-struct Rounded<T> {
-    distance: T,
-    point: [T; 3],
-    weights: [T; 2],
+struct Rounded {
+    distance: Option<f64>,
+    point: [Option<f64>; 3],
+    weights: [Option<f64>; 2],
 }

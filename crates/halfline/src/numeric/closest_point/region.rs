@@ -6,9 +6,9 @@ use super::Region;
 use crate::geometry::Vec3;
 use crate::numeric::UNIT_ROUNDOFF;
 
-/// Error of a product of two rounded differences, in terms of the sum of its terms' magnitudes: two differences,
-/// a product and two sums, and the rounding of the bound.
-const DOT_ERROR: f64 = 8.0 * UNIT_ROUNDOFF;
+/// Error of a product of two rounded differences a and b, in terms of |a| |b|: three terms, each with two
+/// differences, a product and two sums, and the rounding of the bound.
+const DOT_ERROR: f64 = 32.0 * UNIT_ROUNDOFF;
 
 /// Error of n·(s × r), in terms of |ab| |ac| |s| |r|: 11 roundings of three terms of four at most, and the
 /// rounding of the bound.
@@ -31,6 +31,7 @@ const SHORTEST: f64 = 1e-60;
 const LONGEST: f64 = 1e60;
 
 /// The largest magnitude of a component.
+#[inline(always)]
 fn length(v: Vec3) -> f64 {
     v.abs().max_element()
 }
@@ -41,32 +42,37 @@ pub fn is_in_range(length: f64) -> bool {
 }
 
 /// The sign of a product of two vectors, or 0 if rounding leaves it open. Not a number is open, too.
-fn certain_sign(a: Vec3, b: Vec3) -> i8 {
-    let bound = DOT_ERROR * a.abs().dot(b.abs());
-    sign_beyond(a.dot(b), bound + f64::MIN_POSITIVE)
+#[inline(always)]
+fn certain_sign((a, a_length): (Vec3, f64), (b, b_length): (Vec3, f64)) -> i8 {
+    sign_beyond(a.dot(b), DOT_ERROR * (a_length * b_length) + f64::MIN_POSITIVE)
 }
 
+#[inline(always)]
 fn sign_beyond(value: f64, bound: f64) -> i8 {
     i8::from(value > bound) - i8::from(value < -bound)
 }
 
 /// The part of a triangle that holds the point nearest to `p`, if doubles are certain of it.
 pub fn certain_region(p: Vec3, [a, b, c]: [Vec3; 3]) -> Option<Region> {
-    let (ab, bc, ca) = (b - a, c - b, a - c);
-    let (ap, bp, cp) = (p - a, p - b, p - c);
+    let sized = |v: Vec3| (v, length(v));
+    let (ab, bc, ca) = (sized(b - a), sized(c - b), sized(a - c));
+    let (ap, bp, cp) = (sized(p - a), sized(p - b), sized(p - c));
     let along = [certain_sign(ap, ab), certain_sign(bp, bc), certain_sign(cp, ca)];
     let against = [-certain_sign(bp, ab), -certain_sign(cp, bc), -certain_sign(ap, ca)];
     // At corner i the edge i begins and the edge before it ends.
-    for corner in 0..3 {
-        if along[corner] < 0 && against[(corner + 2) % 3] < 0 {
+    let is_corner = |corner: usize, (arm, _): (Vec3, f64)| {
+        (along[corner] < 0 && against[(corner + 2) % 3] < 0) || arm == Vec3::ZERO
+    };
+    for (corner, arm) in [ap, bp, cp].into_iter().enumerate() {
+        if is_corner(corner, arm) {
             return Some(Region::Corner(corner));
         }
     }
-    let normal = ab.cross(c - a);
-    let size = length(ab) * length(ca);
-    let inwards = |side: Vec3, arm: Vec3| {
-        let bound = TRIPLE_ERROR * size * (length(side) * length(arm));
-        sign_beyond(normal.dot(side.cross(arm)), bound + f64::MIN_POSITIVE)
+    let normal = ca.0.cross(ab.0);
+    let size = ab.1 * ca.1;
+    let inwards = |side: (Vec3, f64), arm: (Vec3, f64)| {
+        let bound = TRIPLE_ERROR * size * (side.1 * arm.1);
+        sign_beyond(normal.dot(side.0.cross(arm.0)), bound + f64::MIN_POSITIVE)
     };
     let inwards = [inwards(ab, ap), inwards(bc, bp), inwards(ca, cp)];
     for edge in 0..3 {

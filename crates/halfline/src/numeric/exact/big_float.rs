@@ -8,6 +8,7 @@ use std::cmp::Ordering;
 use smallvec::SmallVec;
 
 use super::ExactNumber;
+use crate::numeric::double_double::DoubleDouble;
 use crate::numeric::power_of_two::scale_by_power_of_two;
 
 /// Binary digits, 64 at a time, the least significant first.
@@ -112,6 +113,25 @@ impl BigFloat {
         let mut product = self.scaled(low);
         product.exponent += exponent.div_euclid(64);
         product
+    }
+
+    /// The number in double-double, with a relative error below 2^-100; `None` outside of 2^-800 to 2^800.
+    pub fn to_double_double(&self) -> Option<DoubleDouble> {
+        let Some(exponent) = self.binary_exponent() else {
+            return Some(DoubleDouble { high: 0.0, low: 0.0 });
+        };
+        (-800..=800).contains(&exponent).then_some(())?;
+        // The first three limbs have 129 digits at least. Halves of limbs are doubles.
+        let mut sum = DoubleDouble { high: 0.0, low: 0.0 };
+        for (behind, &limb) in self.limbs.iter().rev().take(3).enumerate() {
+            let unit = 64 * (self.exponent + (self.limbs.len() - 1 - behind) as i32);
+            for half in [(limb >> 32) as f64 * 4_294_967_296.0, (limb & 0xffff_ffff) as f64] {
+                let high = scale_by_power_of_two(half, unit);
+                sum = sum.plus(DoubleDouble { high, low: 0.0 });
+            }
+        }
+        let negated = DoubleDouble { high: -sum.high, low: -sum.low };
+        Some(if self.is_negative { negated } else { sum })
     }
 
     /// The double nearest to the root of `self / divisor`, ties to even: infinite beyond the largest double.
