@@ -9,7 +9,9 @@
 //!    `conj(x_a + i y_a) (x_b + i y_b) + q_a q_b`. Nothing cancels in it where a or b is near to the direction, where the
 //!    textbook's denominator has no digit left.
 //! 2. The frame is a rotation whose entries are integers times a power of two: it is exact.
-//! 3. Where the bound is too large, near the branch cut above all, the sum is computed exactly but for a square root to
+//! 3. Arguments are added by multiplying the numbers and counting how often the product goes around, so that one arc tangent is
+//!    enough for all edges.
+//! 4. Where the bound is too large, near the branch cut above all, the sum is computed exactly but for a square root to
 //!    [`ROOT_STEPS`] times 50 digits. Where p, seen along d, lies on the edge, it is moved by the infinitesimal of
 //!    [`perturbed_sign`], as lines are that cross triangles: so the angle takes that side of the cut which the
 //!    crossings took.
@@ -49,7 +51,8 @@ const SUM_ERROR: f64 = 32.0 * UNIT_ROUNDOFF;
 pub const TERM_ERROR: f64 = 1.0 / (1_u64 << 40) as f64;
 
 /// An angle is off by no more than the arc sine of the sum's relative error, and the solid angle by twice that; its
-/// relative error is at most [`TERM_ERROR`], so this covers arc sine, arc tangent and roundings.
+/// relative error is at most [`TERM_ERROR`], so this covers arc sine, arc tangent, and the six roundings of a product
+/// of two sums, since the error is at least 32 u.
 const ANGLE_PER_ERROR: f64 = 2.5;
 
 /// Lengths in the frame of which no product of four underflows or overflows.
@@ -93,10 +96,57 @@ pub fn edge_sum(a: &SeenVertex, b: &SeenVertex) -> Option<[f64; 2]> {
     (is_safe & is_near & is_off_cut).then_some([re, im])
 }
 
+/// The sum of the arguments of numbers, as their product and a count of turns.
+#[derive(Clone, Copy, Debug)]
+pub struct AngleProduct {
+    re: f64,
+    im: f64,
+    turns: i32,
+}
+
+impl AngleProduct {
+    /// Of no numbers.
+    pub const ONE: AngleProduct = AngleProduct { re: 1.0, im: 0.0, turns: 0 };
+
+    /// Takes a number off the negative axis, of which no square overflows or underflows.
+    #[inline(always)]
+    pub fn multiply(&mut self, [re, im]: [f64; 2]) {
+        let AngleProduct { re: p, im: q, turns } = *self;
+        let (new_re, new_im) = (p * re - q * im, p * im + q * re);
+
+        // Arguments lie in (-pi, pi]. Where both numbers lie above the axis, theirs sum to more than pi if the product lies
+        // below, or if both lie to the left and the product to the right: then the sum is near to two pi, and the product on
+        // either side of the axis by a rounding. Below it is the same; but there the product of two numbers to the right
+        // is never above. Where one lies above and one below, nothing cancels near to the negative axis.
+        let (is_above, is_below) = ((q >= 0.0) & (im >= 0.0), (q < 0.0) & (im < 0.0));
+        let is_around = (p < 0.0) & (re < 0.0) & (new_re > 0.0);
+        let is_right = (p > 0.0) & (re > 0.0);
+        let up = is_above & ((new_im < 0.0) | is_around);
+        let down = is_below & !is_right & ((new_im >= 0.0) | is_around);
+
+        // Bring the product back to a size of about one; no bit of it changes.
+        let largest = new_re.abs().max(new_im.abs());
+        let exponent = (largest.to_bits() >> 52).clamp(100, 1946);
+        let factor = f64::from_bits((2046 - exponent) << 52);
+        *self = AngleProduct {
+            re: new_re * factor,
+            im: new_im * factor,
+            turns: turns + i32::from(up) - i32::from(down),
+        };
+    }
+
+    /// Twice the sum of the arguments.
+    pub fn solid_angle(&self) -> f64 {
+        // A negative zero would be on the other side of the negative axis.
+        let angle = solid_angle_of([self.re, self.im + 0.0]);
+        angle + f64::from(self.turns) * (4.0 * std::f64::consts::PI)
+    }
+}
+
 /// The solid angle whose half is the argument of a sum. The same on every machine: operations of the library, and not
 /// of the platform's.
 #[inline]
-pub fn solid_angle_of([re, im]: [f64; 2]) -> f64 {
+fn solid_angle_of([re, im]: [f64; 2]) -> f64 {
     2.0 * libm::atan2(im, re)
 }
 
@@ -228,6 +278,34 @@ mod tests {
             assert_eq!(cross, length * integers[2][i]);
         }
         assert_eq!(FRAME[2], WINDING_DIRECTION);
+    }
+
+    #[test]
+    fn products_count_their_turns() {
+        // All pairs of directions on the axes, the diagonals, and next to them by a rounding; and long rows of them.
+        let mut numbers = Vec::new();
+        for (re, im) in [(1.0, 0.0), (0.0, 1.0), (0.0, -1.0), (1.0, 1.0), (-1.0, 1.0), (-1.0, -1.0)]
+        {
+            for tilt in [0.0, 1e-16, -1e-16, 1e-3, -1e-3] {
+                numbers.push([re - tilt * im, im + tilt * re]);
+            }
+        }
+        numbers.extend([[-1.0, 1e-16], [-1.0, -1e-16], [-1e100, 1e80], [-1e-100, -1e-120]]);
+        let mut product = AngleProduct::ONE;
+        let mut sum = 0.0;
+        for (i, a) in numbers.iter().enumerate() {
+            for b in &numbers {
+                let mut pair = AngleProduct::ONE;
+                pair.multiply(*a);
+                pair.multiply(*b);
+                let expected = solid_angle_of(*a) + solid_angle_of(*b);
+                assert!((pair.solid_angle() - expected).abs() < 1e-14, "{a:?} {b:?}");
+                let number = if i % 3 == 0 { a } else { b };
+                product.multiply(*number);
+                sum += solid_angle_of(*number);
+                assert!((product.solid_angle() - sum).abs() < 1e-11, "{sum} {product:?}");
+            }
+        }
     }
 
     #[test]

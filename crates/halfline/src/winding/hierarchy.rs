@@ -19,8 +19,8 @@ use super::multipole::{
 };
 use crate::geometry::Vec3;
 use crate::numeric::{
-    FRAME, FRAME_LENGTH, SeenVertex, TERM_ERROR, edge_sum, exact_solid_angle, exponent_of,
-    solid_angle_of,
+    AngleProduct, FRAME, FRAME_LENGTH, SeenVertex, TERM_ERROR, edge_sum, exact_solid_angle,
+    exponent_of,
 };
 
 /// How closely the boundary is looked at.
@@ -41,7 +41,7 @@ const BUDGETS: [f64; 2] = [1.0 / 128.0, 5e-10];
 const SPHERE: f64 = 4.0 * std::f64::consts::PI;
 
 /// Edges of a chain that is not divided any more.
-const LEAF_EDGES: usize = 8;
+const LEAF_EDGES: usize = 12;
 
 /// Room for the roundings of distances, which are compared with no more precision than this.
 const ROUNDED_UP: f64 = 1.0 + 1.0 / (1_u64 << 20) as f64;
@@ -274,7 +274,10 @@ impl Node {
 struct Angles<'a> {
     hierarchy: &'a Hierarchy,
     point: Vec3,
+    /// Of those that are known as angles.
     sum: f64,
+    /// Of the others.
+    product: AngleProduct,
     terms: usize,
     /// The vertex that was seen last: mostly the next edge begins there.
     seen: (usize, SeenVertex),
@@ -283,7 +286,7 @@ struct Angles<'a> {
 impl<'a> Angles<'a> {
     fn new(hierarchy: &'a Hierarchy, point: Vec3) -> Angles<'a> {
         let seen = (usize::MAX, SeenVertex::new(Vec3::ZERO));
-        Angles { hierarchy, point, sum: 0.0, terms: 0, seen }
+        Angles { hierarchy, point, sum: 0.0, product: AngleProduct::ONE, terms: 0, seen }
     }
 
     #[inline(always)]
@@ -295,15 +298,16 @@ impl<'a> Angles<'a> {
         let to = seen(b);
         self.seen = (last, to);
         self.terms += 1;
-        self.sum += match edge_sum(&from, &to) {
-            Some(sum) => solid_angle_of(sum),
-            None => exact_solid_angle(self.point, a, b),
-        };
+        match edge_sum(&from, &to) {
+            Some(sum) => self.product.multiply(sum),
+            None => self.sum += exact_solid_angle(self.point, a, b),
+        }
     }
 
     fn finish(&self, budget: f64) -> Share {
         let terms = self.terms as f64 * TERM_ERROR;
-        Share { share: self.sum / SPHERE, error: budget + terms / SPHERE }
+        let sum = self.sum + self.product.solid_angle();
+        Share { share: sum / SPHERE, error: budget + terms / SPHERE }
     }
 }
 
