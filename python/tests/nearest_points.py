@@ -1,7 +1,7 @@
 """An independent judge of distances and winding numbers: every point against every triangle.
 
-In float64, with nothing clever: the foot of the perpendicular if it is inside the triangle, else the
-nearest of three segments; solid angles after Van Oosterom and Strackee (1983).
+In float64, with nothing clever: the foot of the perpendicular if it is inside of the triangle, else
+the nearest of three segments; solid angles after Van Oosterom and Strackee (1983).
 """
 
 from __future__ import annotations

@@ -307,6 +307,14 @@ def test_a_plane_goes_through_the_hit_of_the_ray(
         (["--plane=ab"], "possible values"),
         (["--plane=xy", "-o", "cells.html"], ".svg"),
         (["--plane=xy", "--json"], "--output"),
+        (["--point=1,2"], "expected X,Y,Z"),
+        (["--point=1,2,nan"], "expected X,Y,Z"),
+        (["--point=1,2,3", "--ray=0,0,0,0,0,1"], "cannot be used with"),
+        (["--point=1,2,3", "--pixel=1,1"], "cannot be used with"),
+        (["--point=1,2,3", "--plane=xy"], "cannot be used with"),
+        (["--point=1,2,3", "--rule=middle"], "cannot be used with"),
+        (["--point=1,2,3", "-o", "walk.html"], "must end in .json or .txt"),
+        (["--point=1,2,3", "-o", "walk.svg"], "--plane"),
     ],
 )
 def test_wrong_arguments_are_refused(
@@ -345,6 +353,127 @@ def test_a_tree_file_is_explained_as_its_mesh(
     assert other.pop("mesh")["name"] == "cube.hlt"
     assert told.pop("mesh")["name"] == "cube.ply"
     assert told == other
+
+
+POINT_SCHEMA = {"$ref": "#/$defs/point_explanation", "$defs": SCHEMA["$defs"]}
+
+
+def about_point(halfline: Halfline, mesh: Path, point: Floats) -> dict[str, Any]:
+    """What is told about a point, which the documented schema describes."""
+    told = halfline.json("explain", mesh, f"--point={ray_text(point)}")
+    jsonschema.Draft202012Validator(POINT_SCHEMA).validate(told)
+    return told
+
+
+def test_a_point_is_explained_as_query_finds_it(
+    halfline: Halfline, judged: Judged, tmp_path: Path
+) -> None:
+    points = judged.rays[:12, :3].copy()
+    points[6:] *= 0.3
+    np.save(tmp_path / "points.npy", points)
+    arguments = [judged.path, tmp_path / "points.npy", "--nearest", "--signed"]
+    halfline.ok("query", *arguments, "-o", tmp_path / "near.npz")
+    near = np.load(tmp_path / "near.npz")
+    assert 0 < (near["signed_distance"] < 0).sum() < len(points)
+    for i, point in enumerate(points):
+        told = about_point(halfline, judged.path, point)
+        assert told["point"] == point.tolist()
+        assert told["signed_distance"] == near["signed_distance"][i]
+        assert told["closest"] == {
+            "distance": near["distance"][i],
+            "point": near["point"][i].tolist(),
+            "face": near["face"][i],
+            "uv": near["uv"][i].tolist(),
+            "feature": near["feature"][i],
+        }
+        winding = told["winding"]
+        assert winding["number"] == near["winding_number"][i]
+        assert winding["boundary_edges"] == 0
+        assert sum(crossing["sign"] for crossing in winding["crossings"]) == winding["number"]
+
+
+def test_crossings_of_a_point_are_hits_of_its_ray(
+    halfline: Halfline, judged: Judged, tmp_path: Path
+) -> None:
+    told = about_point(halfline, judged.path, judged.rays[0, :3] * 0.3)
+    ray = np.array([told["point"] + told["winding"]["direction"]])
+    hits = halfline.query(judged.path, ray, tmp_path, "--all")
+    assert sorted(c["face"] for c in told["winding"]["crossings"]) == sorted(hits["face"].tolist())
+
+
+def test_the_walk_to_what_is_nearest_opens_boxes_as_near(
+    halfline: Halfline, judged: Judged
+) -> None:
+    point = judged.rays[3, :3]
+    told = about_point(halfline, judged.path, point)
+    steps = told["engine"]["steps"]
+    counts = told["counts"]["engine"]
+    leaves = [step for step in steps if step["kind"] == "leaf"]
+    assert (counts["nodes"], counts["leaves"]) == (len(steps), len(leaves))
+    assert counts["triangles"] == sum(len(leaf["faces"]) for leaf in leaves)
+    assert counts["triangles"] < told["counts"]["brute_force"]["triangles"] / 4
+    for step in steps:
+        low, high = np.array(step["bounds"])
+        gap = np.linalg.norm(np.maximum(0, np.maximum(low - point, point - high)))
+        assert step["distance"] == pytest.approx(gap)
+        if step["limit"] is not None:
+            assert step["distance"] <= step["limit"] * (1 + 1e-5) + 1e-6
+    limits = [np.inf if step["limit"] is None else step["limit"] for step in steps]
+    assert limits[0] == np.inf
+    assert limits == sorted(limits, reverse=True)
+    assert any(told["closest"]["face"] in leaf["faces"] for leaf in leaves)
+
+
+def test_faces_that_tie_are_told(halfline: Halfline, cube: Path) -> None:
+    """Above a corner of the grid on the cube, the faces around it are equally near."""
+    told = about_point(halfline, cube, np.array([2.0, 2.0, 5.0]))
+    distances = [near["distance"] for near in told["nearest"]]
+    assert distances == sorted(distances)
+    ties = [near["face"] for near in told["nearest"] if near["distance"] == 1]
+    assert ties == sorted(ties)
+    assert len(ties) >= 4
+    assert told["closest"] == told["nearest"][0]
+    assert told["closest"]["feature"] == "vertex"
+    text = halfline.ok("explain", cube, "--point=2,2,5")
+    for word in (
+        "It is outside, 1 from the surface",
+        "which has the lower index",
+        "depth 0",
+        "engine",
+    ):
+        assert word in text, word
+    on_it = about_point(halfline, cube, np.array([2.5, 2.25, 4.0]))
+    assert on_it["is_on_surface"]
+    assert on_it["signed_distance"] == 0
+    assert "It lies on the surface" in halfline.ok("explain", cube, "--point=2.5,2.25,4")
+
+
+def test_an_open_surface_has_a_share_of_its_boundary(halfline: Halfline, tmp_path: Path) -> None:
+    whole = bumpy_sphere()
+    path = write_ply(tmp_path / "open.ply", Shape(whole.vertices, whole.faces[:-1]))
+    told = about_point(halfline, path, np.array([0.1, 0.2, 0.3]))
+    winding = told["winding"]
+    assert winding["boundary_edges"] == 3
+    signs = sum(crossing["sign"] for crossing in winding["crossings"])
+    assert winding["number"] == pytest.approx(signs + winding["boundary"], abs=1e-15)
+    assert 0.9 < winding["number"] < 1
+    assert told["is_inside"]
+    assert 0 < winding["boundary_error"] <= 1e-9
+    text = halfline.ok("explain", path, "--point=0.1,0.2,0.3")
+    assert "edges of the boundary" in text
+
+
+def test_every_form_tells_of_the_point(halfline: Halfline, cube: Path, tmp_path: Path) -> None:
+    for name in ("point.json", "point.txt"):
+        halfline.ok("explain", cube, "--point=1,1,1", "-o", tmp_path / name)
+    told = json.loads((tmp_path / "point.json").read_text(encoding="utf-8"))
+    assert told == about_point(halfline, cube, np.array([1.0, 1.0, 1.0]))
+    text = (tmp_path / "point.txt").read_text(encoding="utf-8")
+    assert text == halfline.ok("explain", cube, "--point=1,1,1")
+    empty = tmp_path / "empty.obj"
+    empty.write_text("# nothing\n", encoding="utf-8")
+    assert about_point(halfline, empty, np.zeros(3))["closest"] is None
+    assert "Nothing is near it" in halfline.ok("explain", empty, "--point=0,0,0")
 
 
 def test_an_explanation_in_python(scene: package.Scene, tmp_path: Path) -> None:

@@ -102,7 +102,8 @@ def test_a_point_that_is_not_finite_is_near_nothing(
     assert (near["feature"][:2] == "").all()
     assert near["feature"][2] != ""
     for name in ("point", "uv", "signed_distance", "winding_number"):
-        assert np.isnan(near[name][:2]).all() and not np.isnan(near[name][2]).any(), name
+        assert np.isnan(near[name][:2]).all(), name
+        assert not np.isnan(near[name][2]).any(), name
 
 
 def test_a_point_on_the_surface_is_inside_at_no_distance(

@@ -13,10 +13,10 @@ const UNKNOWN: [f32; 3] = [0.45, 0.45, 0.47];
 
 /// What is within the tolerance. Its brightness, above that of the colours next to it, tells it apart
 /// without its hue.
-const BAND: [f32; 3] = [0.72, 0.90, 0.66];
+const BAND: [f32; 3] = [0.84, 0.97, 0.77];
 
 /// The share of a map that is left out next to the band, so that its limit is a step.
-const STEP: f64 = 0.22;
+const STEP: f64 = 0.38;
 
 /// The share of `inferno` that plain numbers have: on a surface in the dark, its first colours would be
 /// taken for shadow.

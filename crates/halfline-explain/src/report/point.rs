@@ -247,9 +247,9 @@ fn write_step(text: &mut String, index: usize, step: &PointStep) {
             format!("leaf {}, faces {}", step.index, faces.join(" "))
         }
     };
-    let so_far = match step.limit < f64::MAX {
+    let so_far = match step.limit.is_finite() {
         true => format!("the nearest so far {}", number(step.limit)),
-        false => "nothing known yet".into(),
+        false => "nothing met yet".into(),
     };
     let (depth, distance) = (step.depth, number(step.distance));
     let _ = writeln!(text, "{index:>4}  depth {depth}, {distance} away, {so_far}: {what}");

@@ -51,7 +51,7 @@ pub struct PointStep {
     pub content: EngineContent,
     /// About the distance of the point to the box; 0 inside of it.
     pub distance: f64,
-    /// About the distance beyond which nothing mattered any more when it was opened.
+    /// About the distance beyond which nothing mattered any more when it was opened; infinite until a face was met.
     pub limit: f64,
 }
 

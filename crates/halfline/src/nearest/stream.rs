@@ -58,7 +58,7 @@ pub fn record_visits(
 pub struct PointVisit {
     /// Which node or leaf.
     pub place: NodeRef,
-    /// About the distance, in the mesh's units, beyond which nothing matters any more.
+    /// About the distance, in the mesh's units, beyond which nothing matters any more; infinite until a face was met.
     pub limit: f64,
 }
 
@@ -71,7 +71,11 @@ fn record(
     (places, queries): (&[u32; SLOTS], &[Query; SLOTS]),
 ) {
     while let Some(slot) = next_slot(&mut slots) {
-        let limit = f64::from(queries[slot].bound) * tree.frame.unit();
+        let bound = queries[slot].bound;
+        let limit = match bound < bound_in_frame(tree, f64::INFINITY) {
+            true => f64::from(bound) * tree.frame.unit(),
+            false => f64::INFINITY,
+        };
         visits.push(PointVisit { place: NodeRef(places[slot]), limit });
     }
 }
