@@ -1,5 +1,5 @@
-//! How many points a second get a winding number, beside rays whose crossings are counted: on a mesh from a file, and on
-//! an open one with ten thousand boundary edges.
+//! How many points a second get a winding number, beside rays whose crossings are counted: on a mesh from a
+//! file, and on an open one with ten thousand boundary edges.
 //!
 //! ```text
 //! cargo run --release --example winding_speed -- MESH
@@ -58,9 +58,8 @@ fn measure(name: &str, scene: &Scene, count: usize) {
     let counts = rate(count, || drop(scene.count_intersections(&rays)));
     let numbers = rate(count, || drop(scene.winding_numbers(&points)));
     let inside = rate(count, || drop(scene.contains(&points)));
-    println!(
-        "  million a second and thread: crossings counted {counts:.3}, winding numbers {numbers:.3}, contains {inside:.3}"
-    );
+    println!("  million a second and thread: crossings counted {counts:.3},");
+    println!("  winding numbers {numbers:.3}, contains {inside:.3}");
 }
 
 /// A bumpy bowl whose border has `edges` edges.
@@ -92,7 +91,7 @@ fn bowl(edges: u32, rows: u32) -> Mesh {
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let threads = std::env::var("THREADS").map_or(Ok(1), |text| text.parse())?;
     rayon::ThreadPoolBuilder::new().num_threads(threads).build_global()?;
-    for (edges, rows) in [(1_000, 100), (10_000, 10), (100_000, 2)] {
+    for (edges, rows) in [(1_000, 100), (10_000, 10)] {
         let scene = Scene::new(bowl(edges, rows))?;
         measure(&format!("bowl of {edges}"), &scene, 200_000);
     }

@@ -9,9 +9,9 @@ use super::exact::{BigFloat, ExactNumber};
 use super::ray_triangle::PreparedRay;
 use crate::geometry::{Ray, Vec3};
 
-/// The sign of `direction . normal`, where the normal is `(b - a) x (c - a)`: 1 if a line along `direction` leaves
-/// a solid through the triangle that is its surface. 0 if it is parallel to the triangle. The corners are finite, and the
-/// direction below 2^501.
+/// The sign of `direction . normal`, where the normal is `(b - a) x (c - a)`: 1 if a line along `direction`
+/// leaves a solid through the triangle that is its surface. 0 if it is parallel to the triangle. The corners
+/// are finite, and the direction below 2^501.
 #[inline]
 pub fn facing_sign(direction: Vec3, [a, b, c]: [Vec3; 3]) -> i8 {
     let product = edge_function(direction, b - a, c - a);
@@ -21,7 +21,8 @@ pub fn facing_sign(direction: Vec3, [a, b, c]: [Vec3; 3]) -> i8 {
 /// The sign of `(point - a) . normal`: 1 above the triangle, where its corners are seen to run counter-clockwise;
 /// 0 in its plane. All coordinates are finite.
 pub fn plane_side(point: Vec3, [a, b, c]: [Vec3; 3]) -> i8 {
-    // The bound is that of `orient3d`, with room for underflow of moderate coordinates; overflow is certain of nothing.
+    // The bound is that of `orient3d`, with room for underflow of moderate coordinates; overflow is certain of
+    // nothing.
     let (p, q, r) = (b - a, c - a, point - a);
     let minor =
         |i: usize, j: usize| (p[i] * q[j] - p[j] * q[i], (p[i] * q[j]).abs() + (p[j] * q[i]).abs());
@@ -42,7 +43,8 @@ pub fn plane_side(point: Vec3, [a, b, c]: [Vec3; 3]) -> i8 {
 /// Shewchuk's `orient3d`, (7 + 56 u) u, rounded up.
 const PLANE_ERROR: f64 = 8.0 * UNIT_ROUNDOFF;
 
-/// Permanents of which an underflow, of less than 2^-1070 times a coordinate below 2^400, is no part worth a roundoff.
+/// Permanents of which an underflow, of less than 2^-1070 times a coordinate below 2^400, is no part worth a
+/// roundoff.
 const SAFE_PERMANENT: f64 = f64::from_bits((1023 - 600) << 52);
 
 #[cold]

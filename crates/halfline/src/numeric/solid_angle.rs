@@ -8,12 +8,12 @@
 //! 1. In coordinates (x, y, z) with z along d, and with q = |a| - z, the half angle is minus the argument of
 //!    `conj(x_a + i y_a) (x_b + i y_b) + q_a q_b`, whose bound is a few operations.
 //! 2. The frame is a rotation whose entries are integers times a power of two: it is exact.
-//! 3. Arguments are added by multiplying the numbers and counting how often the product goes around, so that one arc tangent is
-//!    enough for all edges.
-//! 4. Where the bound is too large, near the branch cut above all, the sum is computed exactly but for a square root to
-//!    [`ROOT_STEPS`] times 50 digits. Where p, seen along d, lies on the edge, it is moved by the infinitesimal of
-//!    [`perturbed_sign`], as lines are that cross triangles: so the angle takes that side of the cut which the
-//!    crossings took.
+//! 3. Arguments are added by multiplying the numbers and counting how often the product goes around, so that
+//!    one arc tangent is enough for all edges.
+//! 4. Where the bound is too large, near the branch cut above all, the sum is computed exactly but for a square
+//!    root to [`ROOT_STEPS`] times 50 digits. Where p, seen along d, lies on the edge, it is moved by the
+//!    infinitesimal of [`perturbed_sign`], as lines are that cross triangles: so the angle takes that side of
+//!    the cut which the crossings took.
 
 use super::double_double::UNIT_ROUNDOFF;
 use super::edge_function::{exact_edge_sign, perturbed_sign};
@@ -39,10 +39,10 @@ pub const FRAME_LENGTH: f64 = 459828979798108.0 * UNIT;
 
 const UNIT: f64 = 1.0 / (1_u64 << 46) as f64;
 
-/// What is computed of a sum, in terms of `L_a s_b + L_b s_a`, where L is a length in the frame and
-/// s = |x| + |y| + q: a coordinate is off by 4 u L (a difference, a product and two sums), L by 8 u L, and q by less
-/// than 16 u L. A product of coordinates so is off by 6 u (L_a s_b + L_b s_a) at most, that of the q by 16 u, and roundings
-/// of products and sums by 4 u: less than 26 u, and the rest for second-order terms.
+/// What is computed of a sum, in terms of `L_a s_b + L_b s_a`, where L is a length in the frame and s = |x| +
+/// |y| + q: a coordinate is off by 4 u L (a difference, a product and two sums), L by 8 u L, and q by less than
+/// 16 u L. A product of coordinates so is off by 6 u (L_a s_b + L_b s_a) at most, that of the q by 16 u, and
+/// roundings of products and sums by 4 u: less than 26 u, and the rest for second-order terms.
 const SUM_ERROR: f64 = 32.0 * UNIT_ROUNDOFF;
 
 /// The solid angle of a term in doubles is off by no more than this; else it is computed more exactly.
@@ -111,10 +111,11 @@ impl AngleProduct {
         let AngleProduct { re: p, im: q, turns } = *self;
         let (new_re, new_im) = (p * re - q * im, p * im + q * re);
 
-        // Arguments lie in (-pi, pi]. Where both numbers lie above the axis, theirs sum to more than pi if the product lies
-        // below, or if both lie to the left and the product to the right: then the sum is near to two pi, and the product on
-        // either side of the axis by a rounding. Below it is the same; but there the product of two numbers to the right
-        // is never above. Where one lies above and one below, nothing cancels near to the negative axis.
+        // Arguments lie in (-pi, pi]. Where both numbers lie above the axis, theirs sum to more than pi if the
+        // product lies below, or if both lie to the left and the product to the right: then the sum is near to
+        // two pi, and the product on either side of the axis by a rounding. Below it is the same; but there the
+        // product of two numbers to the right is never above. Where one lies above and one below, nothing
+        // cancels near to the negative axis.
         let (is_above, is_below) = ((q >= 0.0) & (im >= 0.0), (q < 0.0) & (im < 0.0));
         let is_around = (p < 0.0) & (re < 0.0) & (new_re > 0.0);
         let is_right = (p > 0.0) & (re > 0.0);
@@ -147,8 +148,8 @@ fn solid_angle_of([re, im]: [f64; 2]) -> f64 {
     2.0 * libm::atan2(im, re)
 }
 
-/// The solid angle of the edge from `a` to `b` seen from `point`, all finite, within [`TERM_ERROR`]; 0 where the point lies
-/// on the edge.
+/// The solid angle of the edge from `a` to `b` seen from `point`, all finite, within [`TERM_ERROR`]; 0 where
+/// the point lies on the edge.
 #[cold]
 #[inline(never)]
 pub fn exact_solid_angle(point: Vec3, a: Vec3, b: Vec3) -> f64 {
@@ -159,20 +160,16 @@ pub fn exact_solid_angle(point: Vec3, a: Vec3, b: Vec3) -> f64 {
 
     // On the ray itself only the infinitesimal tells where the vertex is seen.
     let moved = FRAME.map(|row| BigFloat::from_double(-row.x));
-    let (re, is_moved) = match (first.is_on_ray(), second.is_on_ray()) {
+    let (p, q, is_moved) = match (first.is_on_ray(), second.is_on_ray()) {
         (true, true) => return 0.0,
-        (true, false) => (across(&moved, &second.frame), true),
-        (false, true) => (across(&first.frame, &moved), true),
-        (false, false) => {
-            let product = first.q().times(&second.q());
-            (across(&first.frame, &second.frame).plus(&product), false)
-        }
+        (true, false) => (&moved, &second.frame, true),
+        (false, true) => (&first.frame, &moved, true),
+        (false, false) => (&first.frame, &second.frame, false),
     };
-    let (p, q) = match (first.is_on_ray(), second.is_on_ray()) {
-        (true, _) => (&moved, &second.frame),
-        (_, true) => (&first.frame, &moved),
-        _ => (&first.frame, &second.frame),
-    };
+    let mut re = p[0].times(&q[0]).plus(&p[1].times(&q[1]));
+    if !is_moved {
+        re = re.plus(&first.q().times(&second.q()));
+    }
     let im = p[1].times(&q[0]).minus(&p[0].times(&q[1]));
 
     let one = BigFloat::from_double(1.0);
@@ -236,11 +233,6 @@ impl ExactVertex {
         let square = x.times(x).plus(&y.times(y)).plus(&z.times(z));
         root(&square).minus(z)
     }
-}
-
-/// `x_p x_q + y_p y_q`.
-fn across(p: &[BigFloat; 3], q: &[BigFloat; 3]) -> BigFloat {
-    p[0].times(&q[0]).plus(&p[1].times(&q[1]))
 }
 
 /// The square root of a number between one and a thousand.

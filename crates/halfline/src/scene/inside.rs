@@ -9,13 +9,14 @@ use crate::winding::WindingTarget;
 pub use crate::winding::{Boundary, Inside, WindingParts};
 
 impl Scene {
-    /// The winding number of each point, in parallel: how often the surface winds around it. Positive inside of a surface
-    /// whose triangles run counter-clockwise, seen from outside.
+    /// The winding number of each point, in parallel: how often the surface winds around it. Positive inside of
+    /// a surface whose triangles run counter-clockwise, seen from outside.
     ///
-    /// For a surface without a boundary, each of whose edges is traversed as often forwards as backwards, it is an exact
-    /// integer; for others it is the sum of the triangles' solid angles over that of the sphere, within 1e-9. On the surface it is
-    /// that of one of the sides, as the surface's crossings are counted ([`Scene::explain_winding`] tells which
-    /// points are). Faces whose corners are not finite do not count; a point that is not finite has NaN.
+    /// For a surface without a boundary, each of whose edges is traversed as often forwards as backwards, it is
+    /// an exact integer; for others it is the sum of the triangles' solid angles over that of the sphere,
+    /// within 1e-9. On the surface it is that of one of the sides, as the surface's crossings are counted
+    /// ([`Scene::explain_winding`] tells which points are). Faces whose corners are not finite do not count; a
+    /// point that is not finite has NaN.
     ///
     /// ```
     /// use halfline::{Mesh, Scene, vec3};
@@ -39,8 +40,9 @@ impl Scene {
     }
 
     /// For each point whether it is inside, in parallel: whether its winding number is above one half, decided
-    /// with certainty, or whether it lies on the surface. Where the winding number is one half within the last bound of exact
-    /// arithmetic on every edge of the boundary, it is not. A point that is not finite is not inside.
+    /// with certainty, or whether it lies on the surface. Where the winding number is one half within the last
+    /// bound of exact arithmetic on every edge of the boundary, it is not. A point that is not finite is not
+    /// inside.
     pub fn contains(&self, points: &[Vec3]) -> Vec<bool> {
         unobserved(self.observed(&NoProgress).contains(points))
     }
@@ -50,8 +52,8 @@ impl Scene {
         unobserved(self.guarded(|| Ok(self.winding_target().explain(point))))
     }
 
-    /// The mesh's boundary, on which the winding numbers of open surfaces depend: found when it is first asked for, or
-    /// the first winding number is, and kept. All faces are looked at for that.
+    /// The mesh's boundary, on which the winding numbers of open surfaces depend: found when it is first asked
+    /// for, or the first winding number is, and kept. All faces are looked at for that.
     pub fn boundary(&self) -> &Boundary {
         self.boundary.get_or_init(|| Boundary::new(&self.mesh))
     }

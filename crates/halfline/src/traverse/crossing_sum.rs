@@ -1,7 +1,7 @@
 //! Signed crossings: how often a ray leaves a solid through a surface, less how often it enters.
 //!
-//! The crossings are those of all hits (`query.rs`); their signs, and whether the ray starts on the surface, are found
-//! once the walk is over, so that no walk of another question pays for them.
+//! The crossings are those of all hits (`query.rs`); their signs, and whether the ray starts on the surface,
+//! are found once the walk is over, so that no walk of another question pays for them.
 
 use super::cast::Cast;
 use super::query::{AllContacts, CertainCrossing};

@@ -1,4 +1,5 @@
-//! The net boundary of a mesh: the edges that its faces do not traverse as often forwards as backwards, as closed walks.
+//! The net boundary of a mesh: the edges that its faces do not traverse as often forwards as backwards, as
+//! closed walks.
 //!
 //! Vertices are one where their coordinates are equal, both zeros being one. Nearly all edges of an indexed mesh
 //! cancel by the numbers of their vertices, and those that are left by where these lie. At each vertex as many net
@@ -31,7 +32,8 @@ impl Boundary {
         Boundary { hierarchy, has_parallel_faces, build_time: start.elapsed() }
     }
 
-    /// How many net edges there are, each as often as its multiplicity; none if the mesh is closed and oriented alike.
+    /// How many net edges there are, each as often as its multiplicity; none if the mesh is closed and oriented
+    /// alike.
     pub fn edge_count(&self) -> usize {
         self.hierarchy.edge_count()
     }

@@ -1,18 +1,20 @@
 //! The solid angle that a boundary adds to the crossings of a ray, summed over a hierarchy of its edges.
 //!
 //! C. Martens, M. Trettner, D. Bessmeltsev (2026) sum over all boundary edges, or approximate. Here most of the
-//! boundary is summed from afar, with a bound: a chain of edges from a to b amounts to the spherical triangle of its chord,
+//! boundary is summed from afar, with a bound: a chain of edges from a to b amounts to the spherical triangle
+//! of its chord,
 //!
 //! ```text
 //! sum of angle(-d, ai, ai+1) = angle(-d, a, b) + solid angle of a disc that the chain and the chord bound,
 //! ```
 //!
-//! as long as d does not point into a ball around the chain, for then both sides wind alike around d; and the disc, any
-//! disc within the ball, is small, and far from the point a few moments are enough (`multipole.rs`). Closed walks have no
-//! chord, and go together in groups. Each node knows from which distance on its moments are good enough.
+//! as long as d does not point into a ball around the chain, for then both sides wind alike around d; and the
+//! disc, any disc within the ball, is small, and far from the point a few moments are enough (`multipole.rs`).
+//! Closed walks have no chord, and go together in groups. Each node knows from which distance on its moments
+//! are good enough.
 //!
-//! Edges are looked at in the same order by all instruction sets and threads, one point at a time, so no bit depends on
-//! them.
+//! Edges are looked at in the same order by all instruction sets and threads, one point at a time, so no bit
+//! depends on them.
 
 use super::multipole::{
     COEFFICIENTS, LARGEST_RATIO, MOST_TRIANGLES, Moments, far_solid_angle, largest_ratio,

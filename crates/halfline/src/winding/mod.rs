@@ -1,13 +1,15 @@
 //! Winding numbers, and what is inside: how often a surface winds around a point.
 //!
-//! C. Martens, M. Trettner, D. Bessmeltsev, "The Antipodal Method for the Generalized Winding Number" (SIGGRAPH 2026):
-//! the winding number of p, the sum of the signed solid angles of all triangles over that of the sphere, is the number of
-//! signed crossings of one ray from p along a direction d, and a share of the boundary alone: over its net edges (a, b)
-//! the sum of the solid angles of the spherical triangles (-d, a - p, b - p). Different here:
+//! C. Martens, M. Trettner, D. Bessmeltsev, "The Antipodal Method for the Generalized Winding Number" (SIGGRAPH
+//! 2026): the winding number of p, the sum of the signed solid angles of all triangles over that of the sphere,
+//! is the number of signed crossings of one ray from p along a direction d, and a share of the boundary alone:
+//! over its net edges (a, b) the sum of the solid angles of the spherical triangles (-d, a - p, b - p).
+//! Different here:
 //!
-//! 1. Crossings are those of all hits (`traverse/crossing_sum.rs`), each decided exactly; the angles of edges that the ray
-//!    passes through or nearly so are on the side that the crossings took (`numeric/solid_angle.rs`). So without a
-//!    boundary the number is an exact integer, and with one it is right within a bound for all points.
+//! 1. Crossings are those of all hits (`traverse/crossing_sum.rs`), each decided exactly; the angles of edges
+//!    that the ray passes through or nearly so are on the side that the crossings took
+//!    (`numeric/solid_angle.rs`). So without a boundary the number is an exact integer, and with one it is
+//!    right within a bound for all points.
 //! 2. The boundary is summed over a hierarchy (`hierarchy.rs`) with a bound, and for [`Scene::contains`] no more
 //!    closely than the answer needs.
 //!
@@ -39,8 +41,8 @@ pub enum Inside {
     /// Points whose winding number is above one half.
     #[default]
     Winding,
-    /// Points from which a ray has an odd number of crossings: for surfaces whose triangles are not oriented alike. On
-    /// open surfaces it depends on the ray.
+    /// Points from which a ray has an odd number of crossings: for surfaces whose triangles are not oriented
+    /// alike. On open surfaces it depends on the ray.
     Parity,
 }
 
@@ -74,8 +76,8 @@ pub struct WindingParts {
     pub boundary_error: f64,
     /// The winding number: the sum of the signs and of the boundary's share; NaN for a point that is not finite.
     pub winding_number: f64,
-    /// True if the point lies on a triangle that can be hit. Then the winding number is that of one of the sides, or, on the border,
-    /// between them.
+    /// True if the point lies on a triangle that can be hit. Then the winding number is that of one of the
+    /// sides, or, on the border, between them.
     pub is_on_surface: bool,
 }
 
@@ -153,8 +155,9 @@ impl WindingTarget<'_> {
         self.boundary.hierarchy.share(point, precision)
     }
 
-    /// True if the winding number of a point is above one half: the boundary is looked at until that is certain. Where even every edge
-    /// by itself leaves it open, the winding number is as good as one half, and not above.
+    /// True if the winding number of a point is above one half: the boundary is looked at until that is
+    /// certain. Where even every edge by itself leaves it open, the winding number is as good as one half, and
+    /// not above.
     fn winds(&self, point: Vec3, crossings: i32) -> bool {
         for precision in [Precision::Coarse, Precision::Fine, Precision::Exhaustive] {
             let Share { share, error } = self.share(point, precision);

@@ -1,8 +1,8 @@
 //! The solid angle of a surface that is far away, by the moments of its area.
 //!
-//! The solid angle of a surface S seen from p is the flux of `(x - p) / |x - p|^3` through it. With x = c + y, R = c - p
-//! and the expansion of 1/|R + y| in powers of y (E. W. Hobson, "The Theory of Spherical and Ellipsoidal
-//! Harmonics", 1931), it is the sum over n >= 1 of
+//! The solid angle of a surface S seen from p is the flux of `(x - p) / |x - p|^3` through it. With x = c + y,
+//! R = c - p and the expansion of 1/|R + y| in powers of y (E. W. Hobson, "The Theory of Spherical and
+//! Ellipsoidal Harmonics", 1931), it is the sum over n >= 1 of
 //!
 //! ```text
 //! (-1)^(n+1) (2n-1)!! / (n-1)!  H[ integral over S of (dA . R) (y . R)^(n-1) ]  /  |R|^(2n+1)
@@ -82,8 +82,8 @@ impl Moments {
         }
     }
 
-    /// The coefficients of the harmonic parts: those with the highest power of x first, and for each power by the place of
-    /// their rest.
+    /// The coefficients of the harmonic parts: those with the highest power of x first, and for each power by
+    /// the place of their rest.
     pub fn harmonic(&self) -> [f64; COEFFICIENTS] {
         let mut parts = [ZERO; DEGREE + 1];
         for degree in 1..=DEGREE {
@@ -244,6 +244,7 @@ fn remainder(area: f64, ratio: f64) -> f64 {
 pub const MOST_TRIANGLES: usize = 1 << 16;
 
 /// What is wrong with the terms that are taken, in terms of the area over the distance squared. Sums over up to
-/// [`MOST_TRIANGLES`] are off by 2^-37 of their permanents, and what is computed before and after by some ten roundings.
-/// At the largest ratio the terms, by the bound of their gradients, sum to no more than 25, the sum of n 0.8^(n-1).
+/// [`MOST_TRIANGLES`] are off by 2^-37 of their permanents, and what is computed before and after by some ten
+/// roundings. At the largest ratio the terms, by the bound of their gradients, sum to no more than 25, the sum
+/// of n 0.8^(n-1).
 const ROUNDING: f64 = 1.0 / (1_u64 << 34) as f64;
