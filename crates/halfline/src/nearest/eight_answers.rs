@@ -183,7 +183,7 @@ fn times<S: Simd>(simd: S, a: Wide<S>, b: Wide<S>) -> Wide<S> {
     fast_two_sum(simd, product.high, d.add(product.low, cross))
 }
 
-/// Relative error below 16 u²: a rounded quotient, and what it leaves, divided.
+/// Relative error below 24 u²: a rounded quotient, and what it leaves, divided.
 #[inline(always)]
 fn divided_by<S: Simd>(simd: S, a: Wide<S>, b: Wide<S>) -> Wide<S> {
     let d = simd.doubles();
