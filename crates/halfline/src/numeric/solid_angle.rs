@@ -324,6 +324,7 @@ mod tests {
                 assert!((quick - exact).abs() <= TERM_ERROR, "{quick} {exact} {p:?} {a:?} {b:?}");
             }
         }
-        assert!(certain > 10_000, "{certain}");
+        // Four of five are aimed at where doubles are not.
+        assert!(certain > 8_000, "{certain}");
     }
 }

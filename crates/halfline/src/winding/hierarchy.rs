@@ -196,7 +196,7 @@ impl Hierarchy {
         };
         let edges: usize = chains.iter().map(|[first, last]| last - first).sum();
         // NaN, of a boundary that overflows, is never far.
-        if edges > MOST_TRIANGLES || !(radius >= LEAST_RADIUS && radius < FARTHEST) {
+        if edges > MOST_TRIANGLES || !(LEAST_RADIUS..FARTHEST).contains(&radius) {
             return node;
         }
         let mut moments = Moments::none();
