@@ -58,8 +58,8 @@ pub(crate) use power_of_two::{exponent_of, scale_vector, two_powers};
 pub(crate) use ray_triangle::is_nearer;
 pub use ray_triangle::is_zero_area;
 pub(crate) use solid_angle::{
-    AngleProduct, FRAME, FRAME_LENGTH, SeenVertex, TERM_ERROR, WINDING_DIRECTION, edge_sum,
-    exact_solid_angle,
+    AngleProduct, FRAME, FRAME_LENGTH, LARGEST_TERM_ERROR, SeenVertex, TERM_ERROR,
+    WINDING_DIRECTION, edge_sum, exact_solid_angle,
 };
 
 /// Half the distance from 1 to the next single-precision number.

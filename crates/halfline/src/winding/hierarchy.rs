@@ -21,8 +21,8 @@ use super::multipole::{
 };
 use crate::geometry::Vec3;
 use crate::numeric::{
-    AngleProduct, FRAME, FRAME_LENGTH, SeenVertex, TERM_ERROR, edge_sum, exact_solid_angle,
-    exponent_of,
+    AngleProduct, FRAME, FRAME_LENGTH, LARGEST_TERM_ERROR, SeenVertex, TERM_ERROR, edge_sum,
+    exact_solid_angle, exponent_of,
 };
 
 /// How closely the boundary is looked at.
@@ -38,6 +38,9 @@ pub enum Precision {
 
 /// What all moments together may be wrong in a winding number, by precision.
 const BUDGETS: [f64; 2] = [1.0 / 128.0, 5e-10];
+
+/// What all edges by themselves may be wrong in a winding number; else each is computed within [`TERM_ERROR`].
+const EDGE_BUDGET: f64 = 4e-10;
 
 /// A whole sphere.
 const SPHERE: f64 = 4.0 * std::f64::consts::PI;
@@ -196,7 +199,7 @@ impl Hierarchy {
         };
         let edges: usize = chains.iter().map(|[first, last]| last - first).sum();
         // NaN, of a boundary that overflows, is never far.
-        if edges > MOST_TRIANGLES || !(radius >= LEAST_RADIUS && radius < FARTHEST) {
+        if edges > MOST_TRIANGLES || !(LEAST_RADIUS..FARTHEST).contains(&radius) {
             return node;
         }
         let mut moments = Moments::none();
@@ -226,7 +229,16 @@ impl Hierarchy {
             Precision::Fine => 1,
             Precision::Exhaustive => return self.share_exhaustively(point),
         };
-        let mut angles = Angles::new(self, point);
+        let share = self.share_within(point, precision, LARGEST_TERM_ERROR);
+        if share.error <= BUDGETS[precision] + EDGE_BUDGET {
+            return share;
+        }
+        self.share_within(point, precision, TERM_ERROR)
+    }
+
+    /// The share where edges are computed in doubles that are off by no more than `limit`.
+    fn share_within(&self, point: Vec3, precision: usize, limit: f64) -> Share {
+        let mut angles = Angles::new(self, point, limit);
         let (mut stack, mut size) = ([0_u32; STACK], 1);
         while size > 0 {
             size -= 1;
@@ -251,7 +263,7 @@ impl Hierarchy {
     }
 
     fn share_exhaustively(&self, point: Vec3) -> Share {
-        let mut angles = Angles::new(self, point);
+        let mut angles = Angles::new(self, point, TERM_ERROR);
         for ends in self.splits.windows(2) {
             for i in ends[0] as usize..ends[1] as usize - 1 {
                 angles.add_edge(i, i + 1);
@@ -280,15 +292,17 @@ struct Angles<'a> {
     sum: f64,
     /// Of the others.
     product: AngleProduct,
-    terms: usize,
+    error: f64,
+    /// With which edges are computed in doubles.
+    limit: f64,
     /// The vertex that was seen last: mostly the next edge begins there.
     seen: (usize, SeenVertex),
 }
 
 impl<'a> Angles<'a> {
-    fn new(hierarchy: &'a Hierarchy, point: Vec3) -> Angles<'a> {
+    fn new(hierarchy: &'a Hierarchy, point: Vec3, limit: f64) -> Angles<'a> {
         let seen = (usize::MAX, SeenVertex::new(Vec3::ZERO));
-        Angles { hierarchy, point, sum: 0.0, product: AngleProduct::ONE, terms: 0, seen }
+        Angles { hierarchy, point, sum: 0.0, product: AngleProduct::ONE, error: 0.0, limit, seen }
     }
 
     #[inline(always)]
@@ -299,17 +313,18 @@ impl<'a> Angles<'a> {
         let from = if self.seen.0 == first { self.seen.1 } else { seen(a) };
         let to = seen(b);
         self.seen = (last, to);
-        self.terms += 1;
-        match edge_sum(&from, &to) {
-            Some(sum) => self.product.multiply(sum),
-            None => self.sum += exact_solid_angle(self.point, a, b),
+        if let Some((sum, error)) = edge_sum(&from, &to, self.limit) {
+            self.product.multiply(sum);
+            self.error += error;
+        } else {
+            self.sum += exact_solid_angle(self.point, a, b);
+            self.error += TERM_ERROR;
         }
     }
 
     fn finish(&self, budget: f64) -> Share {
-        let terms = self.terms as f64 * TERM_ERROR;
         let sum = self.sum + self.product.solid_angle();
-        Share { share: sum / SPHERE, error: budget + terms / SPHERE }
+        Share { share: sum / SPHERE, error: budget + self.error / SPHERE }
     }
 }
 
