@@ -50,11 +50,10 @@ def is_closed(mesh: Mesh) -> bool:
 
 def places_of(vertices: NDArray[Any]) -> NDArray[np.int64]:
     """A number for each vertex, the same for those with the same coordinates."""
-    # Both zeros are one.
-    plain = vertices + vertices.dtype.type(0)
-    order = np.lexsort(plain.T)
-    differs = np.any(plain[order[1:]] != plain[order[:-1]], axis=1)
-    places = np.zeros(len(plain), dtype=np.int64)
+    # Comparisons take both zeros for one.
+    order = np.lexsort(vertices.T)
+    differs = np.any(vertices[order[1:]] != vertices[order[:-1]], axis=1)
+    places = np.zeros(len(vertices), dtype=np.int64)
     places[order[1:]] = np.cumsum(differs)
     return places
 

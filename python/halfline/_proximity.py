@@ -88,22 +88,22 @@ class ProximityQuery:
     def vertex(self, points: ArrayLike) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
         """The vertex of the mesh that is nearest to each point, whether any face has it or not.
 
+        It is found by the mesh's own `kdtree`, which is SciPy's, and without SciPy by halfline.
         Arguments and exceptions are those of `on_surface`.
 
         Returns:
-            Distances, shape (n,), float64, and indices of vertices, shape (n,), int64: the lowest
-            of several that are equally near.
+            Distances, shape (n,), float64, and indices of vertices, shape (n,), int64: any of
+            several that are equally near.
         """
         array = _points(points)
-        now = hash(self._mesh)
-        if self._vertices is None or self._vertices.hash != now:
-            vertices = np.asarray(self._mesh.vertices)
-            # A face that is a point is as near as that point.
-            self._vertices = _Kept(
-                now, Scene(vertices, np.repeat(np.arange(len(vertices))[:, None], 3, axis=1))
-            )
-        near = _found(self._vertices.scene.closest_points(array))
-        return near.distance, near.face
+        if len(self._mesh.vertices) == 0:
+            raise ValueError("mesh: expected a vertex to be near to, found none")
+        try:
+            distance, index = self._mesh.kdtree.query(array)  # type: ignore[attr-defined]
+        except (AttributeError, ImportError):
+            near = _found(self._points_scene().closest_points(array))
+            distance, index = near.distance, near.face
+        return distance, np.asarray(index, dtype=np.int64)
 
     def signed_distance(self, points: ArrayLike) -> NDArray[np.float64]:
         """How far points are from the surface: positive inside, negative outside.
@@ -119,6 +119,15 @@ class ProximityQuery:
         distance = _found(scene.closest_points(array)).distance
         is_positive = (distance <= _ON_SURFACE) | is_enclosed(scene, array)
         return np.where(is_positive, distance, -distance)
+
+    def _points_scene(self) -> Scene:
+        now = hash(self._mesh)
+        if self._vertices is None or self._vertices.hash != now:
+            vertices = np.asarray(self._mesh.vertices)
+            # A face that is a point is as near as that point.
+            faces = np.repeat(np.arange(len(vertices))[:, None], 3, axis=1)
+            self._vertices = _Kept(now, Scene(vertices, faces))
+        return self._vertices.scene
 
     def _kept(self) -> _Kept:
         now = hash(self._mesh)

@@ -95,11 +95,30 @@ def test_the_nearest_vertices_are_those_of_the_original(mesh: Any) -> None:
     assert vertex[-1] == len(mesh.vertices)
 
 
-def test_the_lowest_of_equal_vertices_is_nearest() -> None:
-    twice = trimesh.Trimesh(
-        [[1, 0, 0], [0, 0, 0], [0, 0, 0], [0, 1, 0]], [[0, 1, 3]], process=False
-    )
-    distance, vertex = ProximityQuery(twice).vertex([[0.0, 0.0, 2.0], [0.5, 0.0, 0.0]])
+def test_without_scipy_the_nearest_vertices_are_the_same(
+    mesh: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    points = points_around(mesh)
+    query = ProximityQuery(mesh)
+    distance, vertex = query.vertex(points)
+
+    def missing(*_: Any) -> None:
+        raise ImportError("scipy")
+
+    monkeypatch.setattr(trimesh.base, "cKDTree", missing)
+    mesh._cache.clear()
+    found_distance, found = query.vertex(points)
+    np.testing.assert_array_equal(found, vertex)
+    np.testing.assert_allclose(found_distance, distance, rtol=1e-14)
+    assert (found_distance.dtype, found.dtype) == (distance.dtype, vertex.dtype)
+    mesh.apply_translation([0.0, 0.0, 9.0])
+    np.testing.assert_array_equal(query.vertex(points + np.array([0.0, 0.0, 9.0]))[1], vertex)
+
+
+def test_a_mesh_that_is_not_of_trimesh_has_nearest_vertices() -> None:
+    vertices = [[1, 0, 0], [0, 0, 0], [0, 0, 0], [0, 1, 0]]
+    mesh = halfline.Mesh(vertices, [[0, 1, 3]])
+    distance, vertex = ProximityQuery(mesh).vertex([[0.0, 0.0, 2.0], [0.5, 0.0, 0.0]])
     assert distance.tolist() == [2.0, 0.5]
     assert vertex.tolist() == [1, 0]
 
@@ -188,7 +207,7 @@ def test_wrong_points_are_refused(name: str) -> None:
             ask([[0.0, 0.0, wrong]])
         with pytest.raises(ValueError, match="finite"):
             original([[0.0, 0.0, wrong]])
-    with pytest.raises(ValueError, match="mesh: expected a face to be near to, found none"):
+    with pytest.raises(ValueError, match=r"mesh: expected a (face|vertex) to be near to, found"):
         getattr(ProximityQuery(trimesh.Trimesh()), name)(np.zeros((1, 3)))
 
 
@@ -249,6 +268,8 @@ def test_meshes_and_queries_are_pickled_without_the_tree(box: Any) -> None:
     assert height(again) == 1.5
     again.apply_translation([0.0, 0.0, -3.0])
     assert (height(again), height(box)) == (4.5, 1.5)
+    # What trimesh itself keeps, its k-d tree among it, is not meant.
+    box._cache.clear()
     assert len(pickle.dumps(box)) < len(pickle.dumps(trimesh.creation.box())) + 300
 
 
