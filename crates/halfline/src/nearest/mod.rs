@@ -8,6 +8,7 @@
 
 mod boxes;
 mod candidates;
+mod eight_answers;
 mod leaf;
 mod point_in_frame;
 mod questions;

@@ -14,10 +14,10 @@
 //! Different here: what is as near as the nearest is looked at too, since the lowest face counts; and distances to
 //! boxes err on the near side.
 
-use crate::geometry::{ClosestPoint, NO_FACE, Vec3};
+use crate::geometry::{NO_FACE, Vec3};
 use crate::numeric::{NearestPart, UNIT_ROUNDOFF};
 use crate::traverse::{CancelCheck, Target};
-use crate::tree::{Bounds, NodeRef, Tree, panic_corrupt_tree};
+use crate::tree::{BLOCK_SIZE, Bounds, NodeRef, Tree, panic_corrupt_tree};
 
 /// What points are held against.
 #[derive(Clone, Copy)]
@@ -28,7 +28,7 @@ pub struct Surface<'a> {
     pub without_area: Option<&'a Tree>,
 }
 
-/// Error of the distance to a box in doubles, in terms of itself: a difference, a product, two sums and the root.
+/// Error of the distance to a box in doubles, in terms of itself: half of a difference twice, a product and two sums.
 const BOX_ERROR: f64 = 8.0 * UNIT_ROUNDOFF;
 
 /// Error of the distance to a box, in terms of the largest coordinate of the point in the frame: that of its
@@ -66,38 +66,48 @@ impl<'a> Seeker<'a> {
         Seeker { surface, pending: Vec::new() }
     }
 
-    /// The closest point, if it is no farther than `max_distance`, once both are doubles.
-    pub fn closest_point(
+    /// The nearest part of all faces, if nothing of the walk is known.
+    pub fn nearest(
         &mut self,
         point: Vec3,
         max_distance: f64,
         cancel: &mut CancelCheck,
-    ) -> ClosestPoint {
+    ) -> Option<NearestPart> {
         let Seeker { surface, pending } = self;
         let tree = surface.target.tree;
         let mut walk = Walk { tree, surface: *surface, point, max_distance, nearest: None };
         walk.go(pending, cancel);
         let nearest = walk.nearest;
-        self.finish(point, max_distance, nearest, cancel)
+        self.nearest_given(point, max_distance, nearest, cancel)
     }
 
-    /// The closest point, given the nearest face among those that have an area.
-    pub fn finish(
+    /// The nearest part of all faces, given that of those that have an area.
+    #[inline]
+    pub fn nearest_given(
         &mut self,
         point: Vec3,
         max_distance: f64,
-        mut nearest: Option<NearestPart>,
+        nearest: Option<NearestPart>,
         cancel: &mut CancelCheck,
-    ) -> ClosestPoint {
+    ) -> Option<NearestPart> {
         let Seeker { surface, pending } = self;
-        if let Some(tree) = surface.without_area {
-            let mut walk = Walk { tree, surface: *surface, point, max_distance, nearest };
-            walk.go(pending, cancel);
-            nearest = walk.nearest;
-        }
-        let answer = nearest.map_or(ClosestPoint::NONE, |part| part.closest_point(point));
-        if answer.distance <= max_distance { answer } else { ClosestPoint::NONE }
+        let Some(tree) = surface.without_area else { return nearest };
+        let mut walk = Walk { tree, surface: *surface, point, max_distance, nearest };
+        walk.go(pending, cancel);
+        walk.nearest
     }
+}
+
+/// The square of the distance of a place in the frame from a box, rounded.
+#[inline(always)]
+fn square_to_box(place: Vec3, bounds: &Bounds) -> f64 {
+    let mut square = 0.0;
+    for axis in 0..3 {
+        let (low, high) = (f64::from(bounds.min[axis]), f64::from(bounds.max[axis]));
+        let beyond = (low - place[axis]).max(place[axis] - high).max(0.0);
+        square += beyond * beyond;
+    }
+    square
 }
 
 /// No point of the box of three corners is nearer than this; not a number where that is not known.
@@ -110,39 +120,28 @@ fn distance_to_corners(p: Vec3, [a, b, c]: [Vec3; 3]) -> f64 {
 }
 
 impl Walk<'_> {
-    /// What lies farther away than this in the frame does not matter.
-    fn limit(&self) -> f64 {
+    /// The square of the largest computed distance, of a place that far out in the frame, to a box that may matter.
+    fn limit(&self, reach: f64) -> f64 {
         // What is beyond the largest distance by less than a rounding is rounded to it.
         let known = self.nearest.map_or(f64::INFINITY, |part| part.high);
         let limit = known.min(self.max_distance.next_up()) * self.tree.frame.scale();
-        limit * (1.0 + BOX_ERROR) + SMALLEST
-    }
-
-    /// No point of the box is nearer than this in the frame.
-    fn distance_to_box(&self, place: Vec3, bounds: &Bounds) -> f64 {
-        let reach = place.abs().max_element();
-        // Not a number neither.
-        if !(reach < FARTHEST) {
-            return 0.0;
-        }
-        let mut square = 0.0;
-        for axis in 0..3 {
-            let (low, high) = (f64::from(bounds.min[axis]), f64::from(bounds.max[axis]));
-            let beyond = (low - place[axis]).max(place[axis] - high).max(0.0);
-            square += beyond * beyond;
-        }
-        square.sqrt() * (1.0 - BOX_ERROR) - POINT_ERROR * reach
+        let limit = (limit + POINT_ERROR * reach) * (1.0 + BOX_ERROR) + SMALLEST;
+        limit * limit
     }
 
     fn go(&mut self, pending: &mut Vec<(NodeRef, f64)>, cancel: &mut CancelCheck) {
         let tree = self.tree;
         let place = tree.frame.point(self.point);
-        let mut limit = self.limit();
+        let reach = place.abs().max_element();
+        // Nor is it if that is not a number.
+        let is_near = reach < FARTHEST;
+        let square_to = |bounds: &Bounds| if is_near { square_to_box(place, bounds) } else { 0.0 };
+        let mut limit = self.limit(reach);
         let mut steps = tree.max_steps();
         pending.clear();
-        pending.push((tree.root, self.distance_to_box(place, &tree.bounds)));
-        while let Some((at, distance)) = pending.pop() {
-            if distance > limit || at == NodeRef::END {
+        pending.push((tree.root, square_to(&tree.bounds)));
+        while let Some((at, square)) = pending.pop() {
+            if square > limit || at == NodeRef::END {
                 continue;
             }
             if steps == 0 {
@@ -153,8 +152,8 @@ impl Walk<'_> {
                 for face in tree.faces(at.index()) {
                     self.consider(face);
                 }
-                limit = self.limit();
-                cancel.count(crate::tree::BLOCK_SIZE);
+                limit = self.limit(reach);
+                cancel.count(BLOCK_SIZE);
                 if cancel.is_cancelled() {
                     return;
                 }
@@ -163,9 +162,9 @@ impl Walk<'_> {
             let node = &tree.nodes[at.index()];
             let first = pending.len();
             for (lane, child) in node.children().enumerate() {
-                let distance = self.distance_to_box(place, &node.bounds(lane));
-                if distance <= limit {
-                    pending.push((child, distance));
+                let square = square_to(&node.bounds(lane));
+                if square <= limit {
+                    pending.push((child, square));
                 }
             }
             pending[first..].sort_by(|one, other| other.1.total_cmp(&one.1));

@@ -15,6 +15,7 @@
 
 use super::boxes::{push_children, square_of_limit};
 use super::candidates::Candidates;
+use super::eight_answers::{Found, Waiting};
 use super::leaf::distance_bounds;
 use super::point_in_frame::{CornerErrors, PointInFrame, bound_in_frame};
 use super::questions::{Answers, PointSource};
@@ -135,6 +136,7 @@ impl Job for Stream<'_, '_, '_> {
         let mut seeker = Seeker::new(surface);
         let [(_, is_on), _] = PrefetchChoice::of(tree, None).parts(0);
         let prefetcher = Prefetcher::of(tree, is_on);
+        let mut waiting = Waiting::default();
         let (mut next, count) = (0, answers.len());
         loop {
             // Divide the slots by what is next.
@@ -142,7 +144,7 @@ impl Job for Stream<'_, '_, '_> {
             let leaves = simd.lt_u32(&places, NodeRef::END.0) & !nodes;
             let done = simd.lt_u32(&places, NodeRef::IDLE.0) & !(nodes | leaves);
             if (nodes | leaves | done == 0) | cancel.is_cancelled() {
-                return;
+                break;
             }
             cancel.count(leaves.count_ones() as usize * BLOCK_SIZE);
             if let Some(visits) = &mut visits {
@@ -206,8 +208,14 @@ impl Job for Stream<'_, '_, '_> {
                     candidates.drop_beyond(simd, slot, query.bound);
                     decide(&surface, query, (&mut candidates, slot), cancel);
                     let Query { point, max_distance, nearest, .. } = *query;
-                    let answer = seeker.finish(point, max_distance, nearest, cancel);
-                    answers.put(query.number, &answer);
+                    let nearest = seeker.nearest_given(point, max_distance, nearest, cancel);
+                    match nearest {
+                        Some(part) => {
+                            let found = Found { number: query.number, point, max_distance, part };
+                            waiting.push(simd, found, &mut answers);
+                        }
+                        None => answers.put(query.number, &ClosestPoint::NONE),
+                    }
                     query.number = NOBODY;
                 }
                 places[slot] = NodeRef::IDLE.0;
@@ -219,8 +227,13 @@ impl Job for Stream<'_, '_, '_> {
                         continue;
                     };
                     let Some(inside) = PointInFrame::new(tree, errors, point) else {
-                        let answer = seeker.closest_point(point, max_distance, cancel);
-                        answers.put(number, &answer);
+                        match seeker.nearest(point, max_distance, cancel) {
+                            Some(part) => {
+                                let found = Found { number, point, max_distance, part };
+                                waiting.push(simd, found, &mut answers);
+                            }
+                            None => answers.put(number, &ClosestPoint::NONE),
+                        }
                         continue;
                     };
                     let bound = bound_in_frame(tree, max_distance);
@@ -242,6 +255,7 @@ impl Job for Stream<'_, '_, '_> {
                 }
             }
         }
+        waiting.flush(&mut answers);
     }
 }
 

@@ -50,7 +50,7 @@ pub use ray_triangle::{
 pub use surface_point::SurfacePoint;
 
 pub(crate) use border::{Touch, complete_hits, has_edges};
-pub(crate) use closest_point::NearestPart;
+pub(crate) use closest_point::{MeasureErrors, NearestPart, Region};
 pub use double_double::UNIT_ROUNDOFF;
 pub(crate) use frame::{FRAME_ERROR, round_down, round_up};
 pub(crate) use plane_side::{facing_sign, holds_point, plane_side};

@@ -357,6 +357,25 @@ impl SimdF64 for Avx2Doubles {
     }
 
     #[inline(always)]
+    fn product_error(
+        self,
+        a: [__m256d; 2],
+        b: [__m256d; 2],
+        product: [__m256d; 2],
+    ) -> [__m256d; 2] {
+        // SAFETY: the witness stands for the instructions.
+        unsafe {
+            [_mm256_fmsub_pd(a[0], b[0], product[0]), _mm256_fmsub_pd(a[1], b[1], product[1])]
+        }
+    }
+
+    #[inline(always)]
+    fn sqrt(self, a: [__m256d; 2]) -> [__m256d; 2] {
+        // SAFETY: the witness stands for the instructions.
+        unsafe { [_mm256_sqrt_pd(a[0]), _mm256_sqrt_pd(a[1])] }
+    }
+
+    #[inline(always)]
     fn abs(self, a: [__m256d; 2]) -> [__m256d; 2] {
         // SAFETY: the witness stands for the instructions.
         unsafe {

@@ -279,6 +279,18 @@ impl SimdF64 for Avx512Doubles {
     }
 
     #[inline(always)]
+    fn product_error(self, a: __m512d, b: __m512d, product: __m512d) -> __m512d {
+        // SAFETY: the witness stands for the instructions.
+        unsafe { _mm512_fmsub_pd(a, b, product) }
+    }
+
+    #[inline(always)]
+    fn sqrt(self, a: __m512d) -> __m512d {
+        // SAFETY: the witness stands for the instructions.
+        unsafe { _mm512_sqrt_pd(a) }
+    }
+
+    #[inline(always)]
     fn abs(self, a: __m512d) -> __m512d {
         // SAFETY: the witness stands for the instructions.
         unsafe { _mm512_abs_pd(a) }

@@ -171,6 +171,13 @@ pub(crate) trait SimdF64: Copy {
     /// `a / b`.
     fn div(self, a: Self::F64x8, b: Self::F64x8) -> Self::F64x8;
 
+    /// `a * b - product`, where `product` is `a * b` rounded: exact, unless it underflows or `a` or `b` is beyond
+    /// 2^995.
+    fn product_error(self, a: Self::F64x8, b: Self::F64x8, product: Self::F64x8) -> Self::F64x8;
+
+    /// The root of each number.
+    fn sqrt(self, a: Self::F64x8) -> Self::F64x8;
+
     /// The magnitude of each number.
     fn abs(self, a: Self::F64x8) -> Self::F64x8;
 

@@ -473,6 +473,24 @@ impl SimdF64 for NeonDoubles {
     }
 
     #[inline(always)]
+    fn product_error(
+        self,
+        a: [float64x2_t; 4],
+        b: [float64x2_t; 4],
+        product: [float64x2_t; 4],
+    ) -> [float64x2_t; 4] {
+        // SAFETY: every machine of this kind has the instructions.
+        let error = |i: usize| unsafe { vfmaq_f64(vnegq_f64(product[i]), a[i], b[i]) };
+        [error(0), error(1), error(2), error(3)]
+    }
+
+    #[inline(always)]
+    fn sqrt(self, a: [float64x2_t; 4]) -> [float64x2_t; 4] {
+        // SAFETY: every machine of this kind has the instructions.
+        unsafe { a.map(|a| vsqrtq_f64(a)) }
+    }
+
+    #[inline(always)]
     fn abs(self, a: [float64x2_t; 4]) -> [float64x2_t; 4] {
         // SAFETY: every machine of this kind has the instructions.
         unsafe { a.map(|a| vabsq_f64(a)) }

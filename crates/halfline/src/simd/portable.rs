@@ -6,6 +6,14 @@ use super::{EXPONENT_BITS, Job, LANES, POWER_AND_INVERSE, Simd, SimdF64, WORDS};
 #[derive(Clone, Copy)]
 pub struct Portable;
 
+/// Two numbers of at most 26 bits that sum to `a` (Veltkamp).
+#[inline(always)]
+fn halves(a: f64) -> (f64, f64) {
+    let scaled = 134_217_729.0 * a;
+    let high = scaled - (scaled - a);
+    (high, a - high)
+}
+
 #[inline(always)]
 fn each(value: impl Fn(usize) -> f32) -> [f32; LANES] {
     let mut lanes = [0.0; LANES];
@@ -243,6 +251,25 @@ impl SimdF64 for PortableDoubles {
     #[inline(always)]
     fn div(self, a: [f64; LANES], b: [f64; LANES]) -> [f64; LANES] {
         each_double(|lane| a[lane] / b[lane])
+    }
+
+    /// After Dekker: halves of 26 bits have exact products.
+    #[inline(always)]
+    fn product_error(
+        self,
+        a: [f64; LANES],
+        b: [f64; LANES],
+        product: [f64; LANES],
+    ) -> [f64; LANES] {
+        each_double(|lane| {
+            let ((a_high, a_low), (b_high, b_low)) = (halves(a[lane]), halves(b[lane]));
+            a_low * b_low - (((product[lane] - a_high * b_high) - a_low * b_high) - a_high * b_low)
+        })
+    }
+
+    #[inline(always)]
+    fn sqrt(self, a: [f64; LANES]) -> [f64; LANES] {
+        each_double(|lane| a[lane].sqrt())
     }
 
     #[inline(always)]

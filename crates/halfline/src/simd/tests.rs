@@ -100,6 +100,44 @@ fn every_set_computes_lane_by_lane() {
     }
 }
 
+/// Errors of products, and roots.
+struct DoubleArithmetic([[f64; LANES]; 2]);
+
+impl Job for &DoubleArithmetic {
+    type Output = [[u64; LANES]; 2];
+
+    #[inline(always)]
+    fn run<S: Simd>(self, simd: S) -> Self::Output {
+        let wide = simd.doubles();
+        let (a, b) = (wide.set(self.0[0]), wide.set(self.0[1]));
+        let mut found = [[0.0; LANES]; 2];
+        wide.store(wide.product_error(a, b, wide.mul(a, b)), &mut found[0]);
+        wide.store(wide.sqrt(wide.abs(a)), &mut found[1]);
+        found.map(|lanes| lanes.map(f64::to_bits))
+    }
+}
+
+#[test]
+fn every_set_knows_what_products_lose() {
+    let mut state = 1u64;
+    let mut double = || {
+        state =
+            state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        // Between 2^-200 and 2^200, of either sign.
+        f64::from_bits(state & !(0x7ff << 52) | (823 + (state >> 12) % 400) << 52)
+    };
+    for _ in 0..1000 {
+        let [a, b] = [(); 2].map(|()| std::array::from_fn(|_| double()));
+        // Plus zero where nothing is lost, as a difference of equal numbers is.
+        let error = |lane: usize| a[lane].mul_add(b[lane], -(a[lane] * b[lane])).to_bits();
+        let root = |lane: usize| a[lane].abs().sqrt().to_bits();
+        let expected = [std::array::from_fn(error), std::array::from_fn(root)];
+        for level in Level::available() {
+            assert_eq!(level.run(&DoubleArithmetic([a, b])), expected, "{}", level.name());
+        }
+    }
+}
+
 /// F64x8, and what may be chosen by comparing them; masks of lanes.
 struct Choices {
     floats: [[f32; LANES]; 4],

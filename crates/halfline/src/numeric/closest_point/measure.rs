@@ -5,7 +5,7 @@
 
 use std::cmp::Ordering;
 
-use super::region::is_in_range;
+use super::region::{LONGEST, SHORTEST, is_in_range};
 use super::{Region, Rounded};
 use crate::geometry::Vec3;
 use crate::numeric::UNIT_ROUNDOFF;
@@ -37,6 +37,46 @@ const SUM_ERROR: f64 = 16.0 * UNIT;
 /// Where |ab| |ac| / |n| is larger than this, the direction of the normal is not known well enough for the bounds.
 const MOST_SLENDER: f64 = 1e12;
 
+/// How far off a number may seem beyond its bound once that is added to it, in terms of itself.
+const ROUNDING_ERROR: f64 = 4.0 * UNIT;
+
+/// The bounds, for whoever computes the same in vectors.
+pub struct MeasureErrors {
+    /// [`CORNER_ERROR`].
+    pub corner: f64,
+    /// [`EDGE_ERROR`].
+    pub edge: f64,
+    /// [`PLANE_ERROR`].
+    pub plane: f64,
+    /// [`WEIGHT_ERROR`].
+    pub weight: f64,
+    /// [`SUM_ERROR`].
+    pub sum: f64,
+    /// [`ROUNDING_ERROR`].
+    pub rounding: f64,
+    /// [`MOST_SLENDER`].
+    pub most_slender: f64,
+    /// The shortest length that allows bounds.
+    pub shortest: f64,
+    /// The longest.
+    pub longest: f64,
+}
+
+impl MeasureErrors {
+    /// All of them.
+    pub const ALL: MeasureErrors = MeasureErrors {
+        corner: CORNER_ERROR,
+        edge: EDGE_ERROR,
+        plane: PLANE_ERROR,
+        weight: WEIGHT_ERROR,
+        sum: SUM_ERROR,
+        rounding: ROUNDING_ERROR,
+        most_slender: MOST_SLENDER,
+        shortest: SHORTEST,
+        longest: LONGEST,
+    };
+}
+
 /// A number and how far off it may be.
 #[derive(Clone, Copy, Debug)]
 pub struct Bounded {
@@ -62,7 +102,7 @@ impl Bounded {
     /// The nearest double to whatever this may be, if that is one.
     fn rounded(&self) -> Option<f64> {
         let DoubleDouble { high, low } = self.value;
-        let error = self.error + 4.0 * UNIT * high.abs();
+        let error = self.error + ROUNDING_ERROR * high.abs();
         let least = high + (low - error);
         (least == high + (low + error)).then_some(least)
     }

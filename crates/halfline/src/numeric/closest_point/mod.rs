@@ -28,6 +28,7 @@ use std::cmp::Ordering;
 use crate::geometry::{ClosestPoint, Feature, Vec3};
 use exact::Exactly;
 use measure::Measure;
+pub use measure::MeasureErrors;
 
 /// Which part of a triangle.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

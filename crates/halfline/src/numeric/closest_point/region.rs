@@ -27,8 +27,8 @@ const PLANE_ERROR: f64 = 128.0 * UNIT_ROUNDOFF;
 const MOST_SLENDER: f64 = 1e12;
 
 /// Between these lengths no product or sum of the bounds loses digits to underflow or is infinite.
-const SHORTEST: f64 = 1e-60;
-const LONGEST: f64 = 1e60;
+pub const SHORTEST: f64 = 1e-60;
+pub const LONGEST: f64 = 1e60;
 
 /// The largest magnitude of a component.
 #[inline(always)]

@@ -346,6 +346,56 @@ mod tests {
         }
 
         #[test]
+        fn roots_of_quotients_are_the_nearest_doubles(x in prop::array::uniform3(doubles()), is_square: bool) {
+            let [a, b, c] = x;
+            prop_assume!(c != 0.0 && a.next_up().is_finite());
+            // A square now and then, of a double or of what is halfway between two.
+            let sum = BigFloat::from_double(a).plus(&BigFloat::from_double(a.next_up()).scaled(f64::from(u8::from(b > 0.0))));
+            let (dividend, divisor) = if is_square {
+                (sum.times(&sum), BigFloat::from_double(1.0))
+            } else {
+                (BigFloat::from_double(a.abs()).scaled(b.abs()), BigFloat::from_double(c.abs()))
+            };
+            let value = if is_square {
+                let sum = rational(a) + if b > 0.0 { rational(a.next_up()) } else { rational(0.0) };
+                &sum * &sum
+            } else {
+                rational(a.abs()) * rational(b.abs()) / rational(c.abs())
+            };
+            let found = dividend.root_of_quotient(&divisor);
+            let middle = |x: f64, y: f64| (rational(x) + rational(y)) * rational(0.5);
+            if found.is_infinite() {
+                let limit = rational(f64::MAX) + rational(2f64.powi(970));
+                prop_assert!(value >= &limit * &limit);
+            } else {
+                let next = found.next_up();
+                let above = if next.is_finite() {
+                    middle(found, next)
+                } else {
+                    rational(f64::MAX) + rational(2f64.powi(970))
+                };
+                let is_even = found.to_bits() & 1 == 0;
+                let square = &above * &above;
+                prop_assert!(value < square || (value == square && is_even));
+                if found > 0.0 {
+                    let below = middle(found.next_down(), found);
+                    let square = &below * &below;
+                    prop_assert!(value > square || (value == square && is_even));
+                }
+            }
+        }
+
+        #[test]
+        fn double_doubles_have_a_hundred_digits(x in prop::array::uniform4(-1e9f64..1e9)) {
+            let [a, b, c, d] = x;
+            let value = BigFloat::difference(a, b).times(&BigFloat::difference(c, d)).scaled(a);
+            let exact = (rational(a) - rational(b)) * (rational(c) - rational(d)) * rational(a);
+            let DoubleDouble { high, low } = value.to_double_double().expect("in range");
+            let error = (rational(high) + rational(low) - &exact).abs();
+            prop_assert!(error <= exact.abs() * rational(2f64.powi(-100)));
+        }
+
+        #[test]
         fn quotients_of_products_are_undone(a in doubles(), b in doubles(), k in -60i32..60) {
             prop_assume!(b != 0.0);
             let product = BigFloat::from_double(a).scaled(b).scaled(2f64.powi(k));
