@@ -144,7 +144,7 @@ mod tests {
             pixels
         };
         let [first, near, far] = [(0.5, "5"), (0.51, "6"), (0.6, "7")].map(|(s, n)| (s, n.into()));
-        let alone = drawn(&[first.clone()]);
+        let alone = drawn(std::slice::from_ref(&first));
         assert!(drawn(&[first.clone(), near]) == alone && drawn(&[first, far]) != alone);
     }
 

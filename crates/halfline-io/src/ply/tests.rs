@@ -546,6 +546,28 @@ fn the_first_wrong_face_is_named_whatever_the_threads() {
     assert!(error_of(text.as_bytes()).contains(&format!("line {line}: 'x' is not a whole")));
 }
 
+#[test]
+fn distances_are_written_beside_colours() {
+    let corners = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.5, 0.1]];
+    let mut mesh = Mesh::new(corners, [[0, 1, 2]]).unwrap();
+    let (distances, colors) = ([0.1, -2.0, f64::NAN], [[1, 2, 3, 255], [4, 5, 6, 255], [7; 4]]);
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("mesh.ply");
+    save_distances(&mesh, &distances, &colors, &path, &NoProgress).unwrap();
+    // The mesh is read again, with the colours and without the distances.
+    mesh.vertex_colors = Some(colors.to_vec().into());
+    assert_eq!(load(&path, &NoProgress).unwrap(), mesh);
+    let content = std::fs::read(&path).unwrap();
+    let header =
+        b"uchar alpha\nproperty float quality\nproperty double scalar_distance\nelement face 1\n";
+    assert!(content.windows(header.len()).any(|window| window == header));
+    let second = [(-2.0_f32).to_le_bytes().as_slice(), &(-2.0_f64).to_le_bytes()].concat();
+    assert!(content.windows(second.len()).any(|window| window == second));
+
+    let error = save_distances(&mesh, &distances[..2], &colors, &path, &NoProgress).unwrap_err();
+    assert_eq!(error.to_string(), "distances: expected one for each of 3 vertices, found 2");
+}
+
 fn any_mesh() -> impl Strategy<Value = Mesh> {
     (1_usize..40, 0_usize..60, any::<bool>(), any::<bool>(), any::<u64>()).prop_map(
         |(vertices, faces, double, colored, seed)| {

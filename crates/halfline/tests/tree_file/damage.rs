@@ -53,7 +53,6 @@ pub fn ask_everything(scene: &Scene, step: usize) -> usize {
         }
         Ok(())
     };
-    let points: Vec<_> = all.iter().map(|ray| ray.origin + ray.direction * 0.5).collect();
     let answered = [
         is_answered(scene.observed(&NoProgress).intersect(&all)),
         is_answered(scene.observed(&NoProgress).intersect_f32(&singles)),

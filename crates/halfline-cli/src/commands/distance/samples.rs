@@ -61,7 +61,8 @@ fn within([a, b, c]: [Vec3; 3], random: &mut Random) -> [f64; 3] {
     if u + v > 1.0 {
         (u, v) = (1.0 - u, 1.0 - v);
     }
-    (a * (1.0 - u - v) + b * u + c * v).to_array()
+    // On a plane across an axis, exactly.
+    (a + (b - a) * u + (c - a) * v).to_array()
 }
 
 #[cfg(test)]
