@@ -62,8 +62,9 @@ impl PointInFrame {
     pub fn new(tree: &Tree, errors: CornerErrors, point: Vec3) -> Option<PointInFrame> {
         let place = tree.frame.point(point);
         let reach = place.abs().max_element();
-        // Neither is not a number.
-        if !(reach < FARTHEST) {
+        // NaN is near to nothing.
+        let is_near = reach < FARTHEST;
+        if !is_near {
             return None;
         }
         let mut inside = PointInFrame::default();

@@ -116,7 +116,8 @@ pub fn distance_bounds(p: Vec3, corners: [Vec3; 3], region: Region) -> (f64, f64
             let normal = ab.cross(ac);
             let size = normal.length();
             let slenderness = length(ab) * length(ac) / size;
-            if !(slenderness < MOST_SLENDER) {
+            let is_known = slenderness < MOST_SLENDER;
+            if !is_known {
                 return UNKNOWN;
             }
             let distance = normal.dot(arm).abs() / size;
