@@ -3,8 +3,8 @@
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use halfline::Preset;
 use halfline::Inside;
+use halfline::Preset;
 use halfline::columns::{ClosestPointColumns, HitColumns, RayColumns};
 use halfline::tree::Verify;
 use numpy::PyArray1;
