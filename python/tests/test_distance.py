@@ -219,7 +219,7 @@ def test_files_show_vertices_whatever_is_sampled(
 
 def test_the_picture_has_a_scale(halfline: Halfline, pair: Pair, tmp_path: Path) -> None:
     picture = tmp_path / "deviation.png"
-    options = ["--signed", "--picture", picture, "--resolution", "320,240"]
+    options: list[str | Path] = ["--signed", "--picture", picture, "--resolution", "320,240"]
     measure(halfline, pair, *options)
     first = picture.read_bytes()
     assert first.startswith(PNG)
@@ -265,7 +265,14 @@ def test_people_read_a_table_and_a_histogram(
     halfline: Halfline, pair: Pair, tmp_path: Path
 ) -> None:
     out = tmp_path / "deviation.ply"
-    arguments = ["--to", pair.other_path, "--signed", "--symmetric", "--tolerance", "0.1"]
+    arguments: list[str | Path] = [
+        "--to",
+        pair.other_path,
+        "--signed",
+        "--symmetric",
+        "--tolerance",
+        "0.1",
+    ]
     text = halfline.ok("distance", pair.path, *arguments, "-o", out)
     titles = [line for line in text.splitlines() if not line.startswith(" ")]
     there, back = (
@@ -335,7 +342,8 @@ def test_broken_files_are_named(halfline: Halfline, pair: Pair, tmp_path: Path) 
     tree.write_bytes(content)
     out = tmp_path / "out.ply"
     for broken in (cut, tree, tmp_path / "missing.ply"):
-        for arguments in ([broken, "--to", pair.path], [pair.path, "--to", broken]):
+        ways: list[list[str | Path]] = [[broken, "--to", pair.path], [pair.path, "--to", broken]]
+        for arguments in ways:
             line = halfline.complains("distance", *arguments, "-o", out)
             assert broken.name in line
             assert "panic" not in line
@@ -358,7 +366,15 @@ def test_an_interruption_leaves_nothing_behind(
     scan, out = tmp_path / "scan.ply", tmp_path / "out"
     out.mkdir()
     halfline.ok("generate", "scan", "-n", "400k", "-o", scan)
-    arguments = ["--samples", "40M", "--signed", "--threads", "1", "-o", out / "a.ply"]
+    arguments: list[str | Path] = [
+        "--samples",
+        "40M",
+        "--signed",
+        "--threads",
+        "1",
+        "-o",
+        out / "a.ply",
+    ]
     with subprocess.Popen(
         [halfline.binary, "distance", scan, "--to", scan, *arguments, "--picture", out / "a.png"],
         stdout=subprocess.PIPE,
