@@ -31,7 +31,7 @@ impl Scene {
     ///
     /// let open = Scene::new(Mesh::new(corners, faces[..3].to_vec())?)?;
     /// let numbers = open.winding_numbers(&points);
-    /// assert!(0.5 < numbers[0] && numbers[0] < 1.0 && -0.5 < numbers[1] && numbers[1] < 0.0);
+    /// assert!(0.5 < numbers[0] && numbers[0] < 1.0 && 0.0 < numbers[1] && numbers[1] < 0.5);
     /// assert_eq!(open.boundary().edge_count(), 3);
     /// # Ok::<(), halfline::Error>(())
     /// ```
