@@ -155,13 +155,14 @@ pub fn points_for(mesh: &Mesh, random: &mut Random, count: usize) -> Vec<Vec3> {
         .map(|i| {
             let face = random.below(mesh.triangle_count()) as u32;
             let on = target(mesh, face, random).unwrap_or(center);
-            let point = match i % 12 {
+            let [a, b, c] = mesh.corners(face);
+            let point = match i % 14 {
                 0 => center,
                 1 => on,
                 2 | 3 => on + random.point() * size * 0.1,
                 4 => on + random.point() * size * 1e-9,
                 5 => on + vec3(random.below(3) as f64, random.below(3) as f64, 1.0) * size * 0.25,
-                6 => center + random.point() * size * 1e3,
+                6 => center + random.point() * size * [30.0, 300.0, 1e4][random.below(3)],
                 7 => center + random.point() * 2.0 * size,
                 8 => {
                     let mut beside = on;
@@ -171,6 +172,9 @@ pub fn points_for(mesh: &Mesh, random: &mut Random, count: usize) -> Vec<Vec3> {
                 }
                 9 => integer(random, 9) * 0.5 - Vec3::splat(0.5),
                 10 => center + random.point() * size * 1e9,
+                // Above the border of what is nearest to a corner and to an edge, up to rounding.
+                11 => a + (b - a).cross(random.point()),
+                12 => b + (b - a).cross(c - a).cross(b - a) * random.unit() + (b - a) * 1e-16,
                 _ => (on + center) * 0.5,
             };
             if point.is_finite() { point } else { on }
