@@ -242,6 +242,8 @@ fn a_huge_tie_ends_and_can_be_interrupted() {
     let observer = Impatient(1.into());
     let interrupted = scene.observed(&observer).closest_points(&[Vec3::ZERO], f64::INFINITY);
     assert!(matches!(interrupted, Err(Error::Interrupted)));
+    // Before the batch, within the query, and after what is left of it.
+    assert!(observer.0.load(Ordering::Relaxed) <= -2, "the query did not ask");
     let sphere = Scene::new(common::sphere(6, Vec3::ZERO, 1.0)).unwrap();
     let expected = brute_force::closest_points(sphere.mesh(), &[Vec3::ZERO], f64::INFINITY);
     assert_eq!(all_bits(&sphere.closest_points(&[Vec3::ZERO])), all_bits(&expected));

@@ -61,6 +61,15 @@ fn without_area(random: &mut Random) -> Vec<[Vec3; 3]> {
         .collect()
 }
 
+/// Triangles so small that single precision in the frame of the large one cannot tell their corners apart.
+fn small_among_large(random: &mut Random) -> Vec<[Vec3; 3]> {
+    let size = [1e-9, 1e-7, 1e-5][random.below(3)];
+    let at = random.point();
+    let small = (0..16).map(|_| [(); 3].map(|()| at + random.point() * size));
+    let small: Vec<[Vec3; 3]> = small.collect();
+    small.into_iter().chain([[(); 3].map(|()| random.point() * 2.0)]).collect()
+}
+
 /// The corners of a triangle by all symmetries of a cube: all are equally far from the centre.
 fn symmetric(random: &mut Random) -> Vec<[Vec3; 3]> {
     let corners = [(); 3].map(|()| integer(random, 5) + Vec3::splat(0.25));
@@ -115,6 +124,7 @@ pub fn families() -> Vec<(&'static str, Family)> {
         ("slivers in single precision", family(|random| in_singles(slivers(random)))),
         ("without area", family(|random| soup(without_area(random)))),
         ("symmetric", family(|random| soup(symmetric(random)))),
+        ("small among large", family(|random| soup(small_among_large(random)))),
         ("map coordinates", family(|random| soup(map_coordinates(random)))),
         ("cube", family(|random| grid_cube(1 + random.below(2) as i32))),
         ("sphere", family(|_| sphere(1, Vec3::ZERO, 1.0))),
