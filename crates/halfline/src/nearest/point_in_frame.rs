@@ -4,12 +4,12 @@ use crate::geometry::Vec3;
 use crate::numeric::{F32_ROUNDOFF, FRAME_ERROR, UNIT_ROUNDOFF, round_down, round_up};
 use crate::tree::Tree;
 
-/// Points farther away than this in the frame are not looked at in single precision, in which the squares of their
-/// distances might be infinite.
-const FARTHEST: f64 = (1u64 << 30) as f64;
+/// Points farther away than this in the frame are not looked at in single precision: it would leave too many triangles
+/// open.
+const FARTHEST: f64 = 512.0;
 
 /// Larger than all distances of points in the frame that are no farther away.
-const UNBOUNDED: f32 = (1u64 << 32) as f32;
+const UNBOUNDED: f32 = 2048.0;
 
 /// Error of a frame coordinate in doubles, in terms of itself: a difference. Twice that is taken.
 const COORDINATE_ERROR: f64 = 2.0 * UNIT_ROUNDOFF;

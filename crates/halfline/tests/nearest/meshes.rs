@@ -61,6 +61,15 @@ fn without_area(random: &mut Random) -> Vec<[Vec3; 3]> {
         .collect()
 }
 
+/// Triangles so small that single precision in the frame of the large one cannot tell their corners apart.
+fn small_among_large(random: &mut Random) -> Vec<[Vec3; 3]> {
+    let size = [1e-9, 1e-7, 1e-5][random.below(3)];
+    let at = random.point();
+    let small = (0..16).map(|_| [(); 3].map(|()| at + random.point() * size));
+    let small: Vec<[Vec3; 3]> = small.collect();
+    small.into_iter().chain([[(); 3].map(|()| random.point() * 2.0)]).collect()
+}
+
 /// The corners of a triangle by all symmetries of a cube: all are equally far from the centre.
 fn symmetric(random: &mut Random) -> Vec<[Vec3; 3]> {
     let corners = [(); 3].map(|()| integer(random, 5) + Vec3::splat(0.25));
@@ -115,6 +124,7 @@ pub fn families() -> Vec<(&'static str, Family)> {
         ("slivers in single precision", family(|random| in_singles(slivers(random)))),
         ("without area", family(|random| soup(without_area(random)))),
         ("symmetric", family(|random| soup(symmetric(random)))),
+        ("small among large", family(|random| soup(small_among_large(random)))),
         ("map coordinates", family(|random| soup(map_coordinates(random)))),
         ("cube", family(|random| grid_cube(1 + random.below(2) as i32))),
         ("sphere", family(|_| sphere(1, Vec3::ZERO, 1.0))),
@@ -155,13 +165,14 @@ pub fn points_for(mesh: &Mesh, random: &mut Random, count: usize) -> Vec<Vec3> {
         .map(|i| {
             let face = random.below(mesh.triangle_count()) as u32;
             let on = target(mesh, face, random).unwrap_or(center);
-            let point = match i % 12 {
+            let [a, b, c] = mesh.corners(face);
+            let point = match i % 14 {
                 0 => center,
                 1 => on,
                 2 | 3 => on + random.point() * size * 0.1,
                 4 => on + random.point() * size * 1e-9,
                 5 => on + vec3(random.below(3) as f64, random.below(3) as f64, 1.0) * size * 0.25,
-                6 => center + random.point() * size * 1e3,
+                6 => center + random.point() * size * [30.0, 300.0, 1e4][random.below(3)],
                 7 => center + random.point() * 2.0 * size,
                 8 => {
                     let mut beside = on;
@@ -171,6 +182,9 @@ pub fn points_for(mesh: &Mesh, random: &mut Random, count: usize) -> Vec<Vec3> {
                 }
                 9 => integer(random, 9) * 0.5 - Vec3::splat(0.5),
                 10 => center + random.point() * size * 1e9,
+                // Above the border of what is nearest to a corner and to an edge, up to rounding.
+                11 => a + (b - a).cross(random.point()),
+                12 => b + (b - a).cross(c - a).cross(b - a) * random.unit() + (b - a) * 1e-16,
                 _ => (on + center) * 0.5,
             };
             if point.is_finite() { point } else { on }
