@@ -148,6 +148,23 @@ def test_samples_lie_on_the_surface(halfline: Halfline, pair: Pair) -> None:
     assert first["mean"] == pytest.approx(other["mean"], rel=0.03)
 
 
+@pytest.mark.parametrize("options", [[], ["--signed"]])
+def test_more_points_than_are_measured_at_a_time(
+    halfline: Halfline, tmp_path: Path, options: list[str]
+) -> None:
+    """Points above a square, each at a height of its own."""
+    heights = np.arange(300_000) / 2**20
+    places = np.random.default_rng(3).uniform(0.1, 0.9, (len(heights), 2))
+    cloud = Shape(np.column_stack([places, heights]), np.array([[0, 1, 2]]))
+    corners = np.array([[0.0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]])
+    square = write_ply(tmp_path / "square.ply", Shape(corners, np.array([[0, 1, 2], [0, 2, 3]])))
+    out = tmp_path / "deviation.ply"
+    arguments = ["--to", square, "-o", out, *options]
+    found = halfline.json("distance", write_ply(tmp_path / "cloud.ply", cloud), *arguments)
+    np.testing.assert_array_equal(read_deviation(out)["scalar_distance"], heights)
+    assert_figures(found["forward"], heights)
+
+
 def test_a_cloud_of_points_can_be_measured(halfline: Halfline, pair: Pair, tmp_path: Path) -> None:
     cloud = tmp_path / "cloud.obj"
     rows = (f"v {x!r} {y!r} {z!r}\n" for x, y, z in pair.shape.vertices.tolist())
