@@ -159,7 +159,7 @@ def test_more_points_than_are_measured_at_a_time(
     corners = np.array([[0.0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]])
     square = write_ply(tmp_path / "square.ply", Shape(corners, np.array([[0, 1, 2], [0, 2, 3]])))
     out = tmp_path / "deviation.ply"
-    arguments = ["--to", square, "-o", out, *options]
+    arguments: list[str | Path] = ["--to", square, "-o", out, *options]
     found = halfline.json("distance", write_ply(tmp_path / "cloud.ply", cloud), *arguments)
     np.testing.assert_array_equal(read_deviation(out)["scalar_distance"], heights)
     assert_figures(found["forward"], heights)
@@ -236,7 +236,7 @@ def test_files_show_vertices_whatever_is_sampled(
 
 def test_the_picture_has_a_scale(halfline: Halfline, pair: Pair, tmp_path: Path) -> None:
     picture = tmp_path / "deviation.png"
-    options = ["--signed", "--picture", picture, "--resolution", "320,240"]
+    options: list[str | Path] = ["--signed", "--picture", picture, "--resolution", "320,240"]
     measure(halfline, pair, *options)
     first = picture.read_bytes()
     assert first.startswith(PNG)
@@ -282,7 +282,8 @@ def test_people_read_a_table_and_a_histogram(
     halfline: Halfline, pair: Pair, tmp_path: Path
 ) -> None:
     out = tmp_path / "deviation.ply"
-    arguments = ["--to", pair.other_path, "--signed", "--symmetric", "--tolerance", "0.1"]
+    arguments: list[str | Path] = ["--to", pair.other_path, "--signed", "--symmetric"]
+    arguments += ["--tolerance", "0.1"]
     text = halfline.ok("distance", pair.path, *arguments, "-o", out)
     titles = [line for line in text.splitlines() if not line.startswith(" ")]
     there, back = (
@@ -352,8 +353,8 @@ def test_broken_files_are_named(halfline: Halfline, pair: Pair, tmp_path: Path) 
     tree.write_bytes(content)
     out = tmp_path / "out.ply"
     for broken in (cut, tree, tmp_path / "missing.ply"):
-        for arguments in ([broken, "--to", pair.path], [pair.path, "--to", broken]):
-            line = halfline.complains("distance", *arguments, "-o", out)
+        for mesh, other in ((broken, pair.path), (pair.path, broken)):
+            line = halfline.complains("distance", mesh, "--to", other, "-o", out)
             assert broken.name in line
             assert "panic" not in line
     assert not out.exists()
@@ -375,7 +376,7 @@ def test_an_interruption_leaves_nothing_behind(
     scan, out = tmp_path / "scan.ply", tmp_path / "out"
     out.mkdir()
     halfline.ok("generate", "scan", "-n", "400k", "-o", scan)
-    arguments = ["--samples", "40M", "--signed", "--threads", "1", "-o", out / "a.ply"]
+    arguments = ["--samples", "40M", "--signed", "--threads", "1", "-o", str(out / "a.ply")]
     with subprocess.Popen(
         [halfline.binary, "distance", scan, "--to", scan, *arguments, "--picture", out / "a.png"],
         stdout=subprocess.PIPE,

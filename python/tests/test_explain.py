@@ -371,7 +371,7 @@ def test_a_point_is_explained_as_query_finds_it(
     points = judged.rays[:12, :3].copy()
     points[6:] *= 0.3
     np.save(tmp_path / "points.npy", points)
-    arguments = [judged.path, tmp_path / "points.npy", "--nearest", "--signed"]
+    arguments: list[str | Path] = [judged.path, tmp_path / "points.npy", "--nearest", "--signed"]
     halfline.ok("query", *arguments, "-o", tmp_path / "near.npz")
     with np.load(tmp_path / "near.npz") as arrays:
         near = dict(arrays)
