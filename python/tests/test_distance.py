@@ -148,6 +148,23 @@ def test_samples_lie_on_the_surface(halfline: Halfline, pair: Pair) -> None:
     assert first["mean"] == pytest.approx(other["mean"], rel=0.03)
 
 
+@pytest.mark.parametrize("options", [[], ["--signed"]])
+def test_more_points_than_are_measured_at_a_time(
+    halfline: Halfline, tmp_path: Path, options: list[str]
+) -> None:
+    """Points above a square, each at a height of its own."""
+    heights = np.arange(300_000) / 2**20
+    places = np.random.default_rng(3).uniform(0.1, 0.9, (len(heights), 2))
+    cloud = Shape(np.column_stack([places, heights]), np.array([[0, 1, 2]]))
+    corners = np.array([[0.0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]])
+    square = write_ply(tmp_path / "square.ply", Shape(corners, np.array([[0, 1, 2], [0, 2, 3]])))
+    out = tmp_path / "deviation.ply"
+    arguments: list[str | Path] = ["--to", square, "-o", out, *options]
+    found = halfline.json("distance", write_ply(tmp_path / "cloud.ply", cloud), *arguments)
+    np.testing.assert_array_equal(read_deviation(out)["scalar_distance"], heights)
+    assert_figures(found["forward"], heights)
+
+
 def test_a_cloud_of_points_can_be_measured(halfline: Halfline, pair: Pair, tmp_path: Path) -> None:
     cloud = tmp_path / "cloud.obj"
     rows = (f"v {x!r} {y!r} {z!r}\n" for x, y, z in pair.shape.vertices.tolist())
@@ -265,14 +282,8 @@ def test_people_read_a_table_and_a_histogram(
     halfline: Halfline, pair: Pair, tmp_path: Path
 ) -> None:
     out = tmp_path / "deviation.ply"
-    arguments: list[str | Path] = [
-        "--to",
-        pair.other_path,
-        "--signed",
-        "--symmetric",
-        "--tolerance",
-        "0.1",
-    ]
+    arguments: list[str | Path] = ["--to", pair.other_path, "--signed", "--symmetric"]
+    arguments += ["--tolerance", "0.1"]
     text = halfline.ok("distance", pair.path, *arguments, "-o", out)
     titles = [line for line in text.splitlines() if not line.startswith(" ")]
     there, back = (
@@ -342,9 +353,8 @@ def test_broken_files_are_named(halfline: Halfline, pair: Pair, tmp_path: Path) 
     tree.write_bytes(content)
     out = tmp_path / "out.ply"
     for broken in (cut, tree, tmp_path / "missing.ply"):
-        ways: list[list[str | Path]] = [[broken, "--to", pair.path], [pair.path, "--to", broken]]
-        for arguments in ways:
-            line = halfline.complains("distance", *arguments, "-o", out)
+        for mesh, other in ((broken, pair.path), (pair.path, broken)):
+            line = halfline.complains("distance", mesh, "--to", other, "-o", out)
             assert broken.name in line
             assert "panic" not in line
     assert not out.exists()
@@ -366,15 +376,7 @@ def test_an_interruption_leaves_nothing_behind(
     scan, out = tmp_path / "scan.ply", tmp_path / "out"
     out.mkdir()
     halfline.ok("generate", "scan", "-n", "400k", "-o", scan)
-    arguments: list[str | Path] = [
-        "--samples",
-        "40M",
-        "--signed",
-        "--threads",
-        "1",
-        "-o",
-        out / "a.ply",
-    ]
+    arguments = ["--samples", "40M", "--signed", "--threads", "1", "-o", str(out / "a.ply")]
     with subprocess.Popen(
         [halfline.binary, "distance", scan, "--to", scan, *arguments, "--picture", out / "a.png"],
         stdout=subprocess.PIPE,

@@ -373,7 +373,8 @@ def test_a_point_is_explained_as_query_finds_it(
     np.save(tmp_path / "points.npy", points)
     arguments: list[str | Path] = [judged.path, tmp_path / "points.npy", "--nearest", "--signed"]
     halfline.ok("query", *arguments, "-o", tmp_path / "near.npz")
-    near = np.load(tmp_path / "near.npz")
+    with np.load(tmp_path / "near.npz") as arrays:
+        near = dict(arrays)
     assert 0 < (near["signed_distance"] < 0).sum() < len(points)
     for i, point in enumerate(points):
         told = about_point(halfline, judged.path, point)

@@ -141,6 +141,19 @@ def test_threads_and_trees_do_not_change_a_bit(
             np.testing.assert_array_equal(found[name], array)
 
 
+def test_more_points_than_are_asked_about_at_a_time(halfline: Halfline, tmp_path: Path) -> None:
+    """Points above a triangle, each at a height of its own."""
+    corners = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0]])
+    triangle = write_ply(tmp_path / "triangle.ply", Shape(corners, np.array([[0, 1, 2]])))
+    heights = np.arange(300_000) / 2**20
+    places = np.random.default_rng(9).uniform(0.1, 0.4, (len(heights), 2))
+    points = np.column_stack([places, heights])
+    near = nearest(halfline, triangle, points, tmp_path, "--signed")
+    np.testing.assert_array_equal(near["distance"], heights)
+    np.testing.assert_array_equal(near["signed_distance"], heights)
+    np.testing.assert_array_equal(near["point"][:, :2], places)
+
+
 def test_figures_as_json(halfline: Halfline, mesh: Path, tmp_path: Path) -> None:
     points = some_points(100, seed=6)
     points[3] = np.nan
