@@ -177,8 +177,9 @@ try-wheel: wheel ## install the wheel in a fresh environment and run the README'
 	@python=$$(tools/find_python.sh) && "$$python" tools/try_wheel.py "$(target_dir)"/wheels/*.whl
 
 .PHONY: doc-images
-doc-images: native ## draw the pictures of docs/python.md with the recipes on that page
+doc-images: native ## draw the pictures of docs/python.md with the recipes on that page, and that of distances
 	$(VENV)/bin/python tools/doc_images.py
+	tools/deviation_image.sh "$(target_dir)/debug/halfline"
 
 .PHONY: study
 study: release ## measure how the cost of a ray grows, and write a report into out/study
