@@ -84,10 +84,10 @@ impl NearestPart {
             return by_face;
         }
         let measured = [self, other].map(|part| Measure::new(p, part.corners, part.region));
-        if let [Some(one), Some(two)] = &measured {
-            if let Some(order) = one.distance.compare(&two.distance) {
-                return order;
-            }
+        if let [Some(one), Some(two)] = &measured
+            && let Some(order) = one.distance.compare(&two.distance)
+        {
+            return order;
         }
         let [one, two] =
             [self, other].map(|part| Exactly::new(p, part.corners).squared_distance(part.region));
