@@ -62,11 +62,8 @@ impl PointInFrame {
     pub fn new(tree: &Tree, errors: CornerErrors, point: Vec3) -> Option<PointInFrame> {
         let place = tree.frame.point(point);
         let reach = place.abs().max_element();
-        // NaN is near to nothing.
-        let is_near = reach < FARTHEST;
-        if !is_near {
-            return None;
-        }
+        // What is not a number is not looked at neither.
+        (reach < FARTHEST).then_some(())?;
         let mut inside = PointInFrame::default();
         for axis in 0..3 {
             let x = place[axis];

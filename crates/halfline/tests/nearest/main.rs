@@ -133,6 +133,24 @@ fn threads_and_chunks_do_not_matter() {
     assert!(all_bits(&scene.closest_points(&few)) == expected, "fewer");
 }
 
+/// Where the corner's part ends and the edge's begins a sign is zero but for rounding, and the feature depends on it.
+#[test]
+fn corners_and_edges_are_told_apart_exactly() {
+    let mut random = Random(29);
+    for turn in 0..100 {
+        let [a, b, c] = [(); 3].map(|()| random.point() + vec3(5.0, 50.0, 0.5));
+        let mesh = soup([[[a, b, c], [c, a, b], [b, c, a]][turn % 3]]);
+        for _ in 0..20 {
+            // Across the edge and away from the third corner.
+            let away = (b - a).cross(random.point());
+            let point = a + if away.dot(c - a) < 0.0 { away } else { -away };
+            let answer = brute_force::closest_points(&mesh, &[point], f64::INFINITY)[0];
+            let expected = judge::closest_point(&mesh, point).unwrap();
+            assert_eq!(expected.complaint(&answer), None, "{point:?} in {mesh:?}");
+        }
+    }
+}
+
 /// Answers come eight at a time where there are so many; where doubles nearly cancel, that must not be seen.
 #[test]
 fn many_points_near_the_surface_have_the_answers_of_each() {

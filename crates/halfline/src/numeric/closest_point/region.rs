@@ -116,12 +116,13 @@ pub fn distance_bounds(p: Vec3, corners: [Vec3; 3], region: Region) -> (f64, f64
             let normal = ab.cross(ac);
             let size = normal.length();
             let slenderness = length(ab) * length(ac) / size;
-            let is_known = slenderness < MOST_SLENDER;
-            if !is_known {
-                return UNKNOWN;
+            // Not a number neither.
+            if slenderness < MOST_SLENDER {
+                let distance = normal.dot(arm).abs() / size;
+                around(distance, PLANE_ERROR * slenderness * length(arm))
+            } else {
+                UNKNOWN
             }
-            let distance = normal.dot(arm).abs() / size;
-            around(distance, PLANE_ERROR * slenderness * length(arm))
         }
     }
 }
