@@ -4,9 +4,10 @@ Run by `make bench-nearest`. Every measurement is a process of its own, on as ma
 and the tools take turns; medians are printed, and everything measured goes to
 bench/out/nearest.json. All get the same vertices, faces and points, which are rounded to single
 precision, so that nobody has to round them. Points lie near to the surface (within the mean length
-of an edge), 5 % of the scene's size off it, anywhere in its box, and on a regular grid there. An
-answer counts as wrong where it differs from halfline's, which is exact, by more than 1e-5 of the
-scene's size in distance, by 1e-3 in winding number, or in containment.
+of an edge), 5 % of the scene's size off it, anywhere in its box, and on a regular grid there; and
+at the centre of a sphere, where every face is about as near. An answer counts as wrong where it
+differs from halfline's, which is exact, by more than 1e-5 of the scene's size in distance, by 1e-3
+in winding number, or in containment.
 """
 
 from __future__ import annotations
@@ -42,7 +43,9 @@ OFF = 0.05
 # Faces that are taken away from the open mesh: some 10,000 edges are open then.
 HOLES = 3400
 
-MESHES = ("dragon", "scan", "open dragon")
+SPHERE_TRIANGLES = 1_310_720
+
+MESHES = ("dragon", "scan", "open dragon", "sphere")
 # By environment: in one with Open3D nothing else has to agree with what it needs.
 RIVALS = {
     "Open3D": ("open3d", "open3d"),
@@ -59,7 +62,11 @@ Array = NDArray[np.float64]
 
 def mesh_of(name: str) -> tuple[NDArray[np.float32], NDArray[np.int64]]:
     """Vertices and faces."""
-    mesh = halfline.generate("scan", SCAN_TRIANGLES) if name == "scan" else halfline.load(DRAGON)
+    if name in ("scan", "sphere"):
+        count = SCAN_TRIANGLES if name == "scan" else SPHERE_TRIANGLES
+        mesh = halfline.generate(name, count)
+    else:
+        mesh = halfline.load(DRAGON)
     vertices, faces = mesh.vertices.astype(np.float32), mesh.faces.astype(np.int64)
     if name == "open dragon":
         holes = np.random.default_rng(1).choice(len(faces), HOLES, replace=False)
@@ -98,7 +105,9 @@ def prepare(name: str) -> tuple[Path, Path, int, float]:
     arrays, points = OUT / f"nearest-{stem}.npz", OUT / f"nearest-{stem}-points.npz"
     vertices, faces = mesh_of(name)
     np.savez(arrays, vertices=vertices, faces=faces)
-    kinds: dict[str, Any] = dict(points_of(vertices, faces))
+    kinds: dict[str, Any] = (
+        {"centre": np.zeros((1, 3))} if name == "sphere" else dict(points_of(vertices, faces))
+    )
     np.savez(points, **kinds)
     return arrays, points, len(faces), float(np.linalg.norm(np.ptp(vertices, axis=0)))
 

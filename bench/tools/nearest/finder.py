@@ -94,7 +94,7 @@ def measure(finder: Finder) -> None:
         "approximate winding": finder.approximate_windings,
     }
     for question, ask in questions.items():
-        kinds = points.files if question == "distance" else ["box"]
+        kinds = [kind for kind in points.files if question == "distance" or kind == "box"]
         for kind in kinds:
             before = resident_bytes()
             try:

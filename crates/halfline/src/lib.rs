@@ -44,6 +44,22 @@
 //! # Ok::<(), halfline::Error>(())
 //! ```
 //!
+//! # Points
+//!
+//! [`Scene::closest_points`] finds what of the surface is nearest to each point, [`Scene::contains`] whether it is
+//! inside, also of a surface with holes, by [`Scene::winding_numbers`]; [`Scene::signed_distances`] are both.
+//!
+//! ```
+//! # use halfline::{Mesh, Scene, vec3};
+//! let corners = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+//! let scene = Scene::new(Mesh::new(corners, [[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]])?)?;
+//! let points = [vec3(0.25, 0.25, 0.125), vec3(0.25, 0.25, -2.0)];
+//! assert_eq!(scene.contains(&points), [true, false]);
+//! assert_eq!(scene.signed_distances(&points), [-0.125, 2.0]);
+//! assert_eq!(scene.closest_points(&points)[1].point, vec3(0.25, 0.25, 0.0));
+//! # Ok::<(), halfline::Error>(())
+//! ```
+//!
 //! # One ray after another
 //!
 //! Where each ray depends on the last, a [`Caster`] answers one at a time, with `None` for a miss. Each
