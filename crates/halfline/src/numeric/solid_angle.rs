@@ -1,7 +1,7 @@
 //! The solid angle of the spherical triangle (-d, a - p, b - p) of an edge a, b seen from a point p, for one fixed
 //! direction d: within a bound, and on the right side of its branch cut.
 //!
-//! C. Martens, M. Trettner, D. Bessmeltsev, "The Antipodal Method for the Generalized Winding Number" (SIGGRAPH
+//! Martens, Trettner, Bessmeltsev, "The Antipodal Method for the Generalized Winding Number" (SIGGRAPH
 //! 2026) sum these angles over the edges of a boundary; A. van Oosterom, J. Strackee, "The Solid Angle of a
 //! Plane Triangle" (1983) give the tangent of half of one. Different here:
 //!

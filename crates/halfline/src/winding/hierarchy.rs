@@ -1,6 +1,6 @@
 //! The solid angle that a boundary adds to the crossings of a ray, summed over a hierarchy of its edges.
 //!
-//! C. Martens, M. Trettner, D. Bessmeltsev (2026) sum over all boundary edges, or approximate. Here most of the
+//! Martens, Trettner, Bessmeltsev (2026) sum over all boundary edges, or approximate. Here most of the
 //! boundary is summed from afar, with a bound: a chain of edges from a to b amounts to the spherical triangle
 //! of its chord,
 //!

@@ -1,6 +1,6 @@
 //! Winding numbers, and what is inside: how often a surface winds around a point.
 //!
-//! C. Martens, M. Trettner, D. Bessmeltsev, "The Antipodal Method for the Generalized Winding Number" (SIGGRAPH
+//! Martens, Trettner, Bessmeltsev, "The Antipodal Method for the Generalized Winding Number" (SIGGRAPH
 //! 2026): the winding number of p, the sum of the signed solid angles of all triangles over that of the sphere,
 //! is the number of signed crossings of one ray from p along a direction d, and a share of the boundary alone:
 //! over its net edges (a, b) the sum of the solid angles of the spherical triangles (-d, a - p, b - p).
