@@ -184,14 +184,20 @@ def main() -> int:
             runs: dict[str, list[Figures]] = {}
             answers = {name: OUT / f"nearest-{tool}.npz" for name, (_, tool) in pythons.items()}
             for repetition in range(options.repetitions):
-                for name, (python, tool) in pythons.items():
+                for name, (python, tool) in list(pythons.items()):
                     print(
                         f"{mesh}, {threads} threads: {name}, run {repetition + 1} of "
                         f"{options.repetitions}",
                         flush=True,
                     )
                     files = (arrays, str(threads), points, answers[name])
-                    done = run(tool_command(python, f"nearest.{tool}", *files), threads)
+                    try:
+                        done = run(tool_command(python, f"nearest.{tool}", *files), threads)
+                    except ToolError as error:
+                        left_out[name] = str(error)
+                        print(f"{name} is left out: {error}")
+                        del pythons[name]
+                        continue
                     runs.setdefault(name, []).append(json.loads(done.stdout.splitlines()[-1]))
             figures = {name: medians(found) for name, found in runs.items()}
             ours = np.load(answers["halfline"])

@@ -5,6 +5,7 @@ from __future__ import annotations
 import sys
 
 import halfline
+import numpy as np
 from tools.nearest.finder import Array, Finder, measure
 
 
@@ -16,8 +17,9 @@ class Halfline(Finder):
         halfline.set_thread_count(int(sys.argv[2]))
 
     def build(self, vertices: Array, faces: Array) -> None:
-        """The tree."""
+        """The tree, and that over faces without area, which the first point makes."""
         self.scene = halfline.Scene(vertices, faces)
+        self.scene.closest_points(np.zeros((1, 3)))
 
     def distances(self, points: Array) -> Array:
         """With everything that comes along."""

@@ -22,6 +22,7 @@ use super::questions::{Answers, PointSource};
 use super::single::{Seeker, Surface};
 use crate::geometry::{ClosestPoint, NO_FACE, Vec3};
 use crate::numeric::{NearestPart, round_up};
+use crate::rays::ALL;
 use crate::simd::{Job, LANES, Simd};
 use crate::traverse::{CancelCheck, PrefetchChoice, Prefetcher, SLOTS, Stacks, next_slot};
 use crate::tree::{BLOCK_SIZE, NodeRef, Tree, panic_corrupt_tree};
@@ -178,23 +179,26 @@ impl Job for Stream<'_, '_, '_> {
                 query.steps -= 1;
                 let [low, high] = distance_bounds(simd, &query.inside, block);
                 let empty = simd.eq_u32(&block.faces, NO_FACE);
-                let infinite = simd.splat(f32::INFINITY);
-                let low = simd.select(empty, infinite, low);
-                let mut highs = [0.0; LANES];
-                simd.store(simd.select(empty, infinite, high), &mut highs);
-                let mut bound = query.bound;
-                for high in highs {
-                    bound = if high < bound { high } else { bound };
-                }
-                if bound < query.bound {
-                    (query.bound, query.limit) = (bound, square_of_limit(bound));
-                    stacks.drop_beyond(simd, slot, query.limit);
-                    candidates.drop_beyond(simd, slot, bound);
-                }
-                candidates.take(simd, slot, number, low, bound);
-                if candidates.are_many(slot) {
-                    decide(&surface, query, (&mut candidates, slot), cancel);
-                    stacks.drop_beyond(simd, slot, query.limit);
+                // Most leaves hold nothing that is near enough. What is not a number is.
+                if !simd.lt(simd.splat(query.bound), low) & !empty & ALL != 0 {
+                    let mut highs = [0.0; LANES];
+                    simd.store(high, &mut highs);
+                    // Empty lanes repeat a triangle.
+                    let mut bound = query.bound;
+                    for high in highs {
+                        bound = if high < bound { high } else { bound };
+                    }
+                    if bound < query.bound {
+                        (query.bound, query.limit) = (bound, square_of_limit(bound));
+                        stacks.drop_beyond(simd, slot, query.limit);
+                        candidates.drop_beyond(simd, slot, bound);
+                    }
+                    let low = simd.select(empty, simd.splat(f32::INFINITY), low);
+                    candidates.take(simd, slot, number, low, bound);
+                    if candidates.are_many(slot) {
+                        decide(&surface, query, (&mut candidates, slot), cancel);
+                        stacks.drop_beyond(simd, slot, query.limit);
+                    }
                 }
                 places[slot] = stacks.pop_after(slot, 0);
                 prefetcher.prefetch(simd, NodeRef(places[slot]));
